@@ -1,6 +1,7 @@
 //! Tests that a generated C receiver and the Rust receiver deliver the same frames on the same faulty streams, and that
 //! their counters and pending bytes are the same after each step.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -373,7 +374,8 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
 }
 
 /// Returns random steps with at least `bytes` bytes. The bytes are frames, broken frames, false starts and noise, which
-/// arrive one by one or in slices. Some steps are line events and polls.
+/// arrive one by one or in slices. Some steps are line events and polls. Each change of a frame occurs, and slices of
+/// each length up to 16.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<u8> {
     let mut pool = Vec::new();
     for _ in 0..30 {
@@ -387,10 +389,13 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
     let layouts = description.kinds.iter().map(|kind| &kind.layout);
     let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync().each()).collect();
     let (mut steps, mut count) = (Vec::new(), 0);
+    let (mut changes, mut slices, mut polls) = ([0; 24], HashSet::new(), 0);
     while count < bytes {
         let mut piece = pool.choose(random).unwrap().clone();
         let at = random.random_range(0..piece.len());
-        match random.random_range(0..24) {
+        let change = random.random_range(0..24);
+        changes[change] += 1;
+        match change {
             0 => piece[at] ^= 1 << random.random_range(0..8),
             1 => piece[at] = random.random(),
             2 => drop(piece.remove(at)),
@@ -417,7 +422,8 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         }
         count += piece.len();
         if random.random_range(0..8) == 0 {
-            for chunk in piece.chunks(random.random_range(1..=255)) {
+            for chunk in piece.chunks(random.random_range(1..=piece.len().clamp(1, 255))) {
+                slices.insert(chunk.len());
                 steps.extend([3, u8::try_from(chunk.len()).unwrap()]);
                 steps.extend(chunk);
             }
@@ -426,9 +432,19 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         }
         match random.random_range(0..40) {
             0..5 => steps.extend([1, random.random_range(0..5)]),
-            5..8 => steps.push(2),
+            5..8 => {
+                polls += 1;
+                steps.push(2);
+            }
             _ => {}
         }
+    }
+    // A short stream, for a chip, does not have everything.
+    if bytes >= BYTES / 10 {
+        let longest = pool.iter().map(Vec::len).max().unwrap().min(16);
+        let has_each = (1..=longest).all(|length| slices.contains(&length));
+        assert!(has_each, "{slices:?}");
+        assert!(polls > 5, "{polls} polls");
     }
     steps
 }

@@ -111,6 +111,7 @@ fn interrupt_handler_with_failsafe() {
     }
     let is_parked = |line: &&str| *line == "808080";
     assert!(text.lines().filter(is_parked).count() > 100, "it parks");
+    assert!(line.counters().events.framing > 50, "{:?}", line.counters());
     check(
         0,
         "-DINTERRUPT",
@@ -216,9 +217,9 @@ fn shipped(name: &str) -> Description {
     Description::parse(name, text).unwrap()
 }
 
-/// Returns the frames of 200 random draws.
+/// Returns the frames of 500 random draws.
 fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
-    (0..200)
+    (0..500)
         .flat_map(|_| drawn::frames(description, random))
         .collect()
 }

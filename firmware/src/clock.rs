@@ -12,7 +12,7 @@ static IS_WOKEN: AtomicBool = AtomicBool::new(false);
 pub(crate) fn count_microseconds(timer: &RegisterBlock) {
     timer.mode.write(|w| w.mode().timer());
     timer.bitmode.write(|w| w.bitmode()._32bit());
-    // SAFETY: 16 MHz / 2^4 = 1 MHz; the register takes 0 to 9.
+    // SAFETY: the register takes the values 0 to 9. The value 4 means 16 MHz / 2^4 = 1 MHz.
     timer.prescaler.write(|w| unsafe { w.prescaler().bits(4) });
     timer.tasks_clear.write(|w| w.tasks_clear().set_bit());
     timer.tasks_start.write(|w| w.tasks_start().set_bit());

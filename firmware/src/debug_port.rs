@@ -9,7 +9,7 @@ use nrf52840_hal::pac::{FICR, NVMC, UICR};
 
 use crate::settings::{KEEP_DEBUGGABLE, RESET_PIN};
 
-/// The first build code that closes the debug port by itself.
+/// The first build code of chips that close the debug port by themselves.
 const CLOSES_BY_ITSELF: u8 = b'F';
 /// POWER's register APPROTECT.DISABLE, which the PAC does not have.
 const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;

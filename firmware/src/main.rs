@@ -47,7 +47,7 @@ fn main() -> ! {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
-    // The instruction cache is off after a reset, and flash has wait states.
+    // Turn on the instruction cache, because flash has wait states. After a reset the cache is off.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
     // Start the watchdog before anything that waits.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
@@ -63,7 +63,7 @@ fn main() -> ! {
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
-    // Keep the failsafe inside the result, because moving it out would take more flash than the failsafe itself.
+    // Keep the failsafe inside the `Result`, because moving it out would take more flash than the failsafe itself.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
@@ -76,8 +76,8 @@ fn main() -> ! {
     let mut lock = Lock::default();
     let mut line_break = LineBreak::default();
     let mut logged_at = now;
-    // One pass per tick. A new setpoint waits for the next tick, which costs nothing, because the PWM takes new pulse
-    // widths less often than once a tick.
+    // One pass per tick. A new setpoint waits for the next tick. This wait costs nothing, because the PWM takes new
+    // pulse widths less often than once a tick.
     loop {
         let now = clock.now();
         clock.wake_at(now.wrapping_add(TICK));

@@ -98,8 +98,8 @@ fn TIMER2() {
 }
 
 /// Calls `act` with the receiver. All accesses go through this function. If the receiver is in use or has not been
-/// started, this program has a bug. Then the function counts `unserved` and returns `None`, and the main loop does not
-/// feed the watchdog.
+/// started, this program has a bug. In this case, the function increments the counter `unserved` and returns `None`,
+/// and the main loop does not feed the watchdog.
 fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     free(|token| {
         if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut()

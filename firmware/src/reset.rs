@@ -75,10 +75,10 @@ pub(crate) fn cause(power: &POWER) -> u32 {
 
 /// The last output: pitch, roll and yaw in one word, and a check word.
 ///
-/// No start-up code writes to this section. After power-on its content is arbitrary. After any other reset it usually
-/// has kept its content. A brown-out looks like power-on but leaves the servos where they are, so only the check word
-/// shows whether the output is known. Arbitrary content passes this check with a probability of 2^-32. The attribute
-/// `used` prevents the compiler from assuming that the words are zero.
+/// No start-up code writes to this section. After power-on its content is arbitrary. Any other reset usually leaves it
+/// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only the check word shows
+/// whether the output is known. Arbitrary content passes this check with a probability of 2^-32. The attribute `used`
+/// prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]

@@ -186,7 +186,7 @@ fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut said, mut stored) = (0, 0);
     receiver.switch_on();
     for _ in 0..TIMES {
-        // The frame's 'A' has two ones.
+        // The byte is 'A', which has two ones, so its parity bit is 0 and acts as a bad stop bit.
         sender.send_with_parity(bytes.split_at(1).0);
         if receiver.ended() {
             stored += 1;

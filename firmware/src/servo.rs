@@ -65,8 +65,8 @@ impl Servos {
         servos
     }
 
-    /// Hands this setpoint over to the PWM for the next pulses, if it is time to do so. That is at most once a period,
-    /// after the period's pulses.
+    /// Hands this setpoint over to the PWM for the next pulses, but at most once a period, and only after the period's
+    /// pulses.
     ///
     /// The effect of SEQSTART in the middle of a period is not specified. Either the next period begins when the
     /// current one has ended, or it begins immediately and shortens the current one. In both cases the PWM's events
@@ -105,7 +105,7 @@ impl Servos {
         // widths.
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
-        // SAFETY: the widths are in RAM and never move. The program does not write them again before the PWM has got
+        // SAFETY: the widths are in RAM and never move. The program does not write them again before it has handed over
         // the other set, a period later.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());

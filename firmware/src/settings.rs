@@ -1,4 +1,4 @@
-//! All settings that another machine may need to change. Contradictory settings do not compile.
+//! All settings that you may need to change for another machine. Contradictory settings do not compile.
 
 use core::num::NonZeroU32;
 
@@ -31,8 +31,8 @@ pub(crate) type Line = framelock::Line<Parser>;
 /// is less than half a byte time, so that after a line error it elapses before the next byte arrives.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
-/// Silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a USB serial
-/// adapter inserts into a frame, and shorter than the sender's pauses between frames.
+/// The length of a silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a
+/// USB serial adapter inserts into a frame, and shorter than the sender's pauses between frames.
 pub(crate) const GAP_AFTER: u32 = 5_000;
 
 /// The outputs' behaviour when frames stop and when they resume. The failsafe's ticks are microseconds here.

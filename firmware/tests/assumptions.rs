@@ -4,15 +4,16 @@ use std::process::Command;
 
 use nrf52840_emulator::Assumptions;
 
-/// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which are measured
-/// without assumptions.
+/// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which hold only for
+/// the default assumptions.
 #[test]
 #[ignore = "takes minutes"]
 fn every_test_passes_under_each_assumption() {
     let tests = std::env::current_exe().unwrap();
     let failed: Vec<_> = Assumptions::each()
         .into_iter()
-        // Leave out the lost ENDRX, because it loses a frame. `line_errors` and `random` test its effects.
+        // Leave out the lost ENDRX, because it also loses a frame. The modules `line_errors` and `random` test its
+        // effects.
         .filter(|(name, _)| *name != "lost_end")
         .filter(|(name, _)| {
             println!("{name}");

@@ -7,7 +7,7 @@ use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
-/// The setpoint that leads to the pulses `SERVO`.
+/// The setpoint for which the servos get the pulses `SERVO`.
 const DEMAND: [u8; 3] = [200, 50, 128];
 /// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
@@ -200,7 +200,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
             .iter()
             .filter(move |change| change.watch == watch)
     };
-    // Several instructions write the widths.
+    // Several instructions write the widths, so one handover may cause several changes.
     let mut times: Vec<u64> = changes(widths).map(|change| change.at).collect();
     times.dedup_by(|later, earlier| *later - *earlier < MILLISECOND / 10);
     assert!(times.len() > 10);

@@ -100,7 +100,7 @@ fn bytes_around_a_framing_error_are_no_frame() {
     );
 }
 
-/// The bytes just before and just after the lost bytes would together be a frame.
+/// The bytes just before the lost bytes and the bytes just after them would together be a frame.
 #[test]
 fn bytes_around_an_overrun_are_no_frame() {
     each(
@@ -142,7 +142,7 @@ fn bytes_around_a_pause_are_no_frame() {
     );
 }
 
-/// Frames are also taken without a pause after an overrun, and after a bad byte.
+/// After an overrun, and after a bad byte, frames are received even without a pause.
 #[test]
 fn frames_behind_an_error_come_out() {
     each(

@@ -1,7 +1,7 @@
 //! Compares the firmware's figures, which are the same in each run, with `firmware/FIGURES.txt`.
 //!
-//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the
-//! file. If the images were built by another compiler than the file names, only the limits are checked.
+//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the file. The file
+//! names the compiler of the images. If another compiler built the images, only the limits are checked.
 use std::fmt::Write;
 use std::path::Path;
 
@@ -248,8 +248,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     }
 }
 
-/// Returns the longest hold-off, in microseconds, that loses nothing in whichever phase of a byte it begins.
-/// The FIFO holds five bytes.
+/// Returns the longest hold-off of the handlers, in microseconds, that loses nothing, no matter at which point of a
+/// byte it begins. The FIFO holds five bytes.
 fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let is_lossless = |length: u64| {
@@ -293,8 +293,8 @@ fn rates(figures: &mut Figures) {
     }
 }
 
-/// Adds the latency of single frames, from the middle of the last stop bit, where the UARTE samples
-/// it.
+/// Adds the worst latency of single frames: the time from the middle of the last stop bit, where the UARTE samples it,
+/// to the commit.
 fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();

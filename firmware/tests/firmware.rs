@@ -47,7 +47,7 @@ pub(crate) const RATES: [(u64, u32); 9] = [
 /// `udf`, the undefined instruction.
 pub(crate) const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
-/// A board that runs an image, and the state of its observation.
+/// A board that runs an image, with the data that the tests need to observe it.
 pub(crate) struct Firmware {
     /// The board.
     pub(crate) board: Board,
@@ -77,8 +77,8 @@ fn counters(image: &str) -> Vec<String> {
 }
 
 impl Firmware {
-    /// Returns firmware at power-on, on a chip on which it has run before. The sender has the baud rate that
-    /// the image expects.
+    /// Returns firmware at power-on. It has run on this chip before, so UICR is already written. The sender has the
+    /// baud rate that the image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
         let mut firmware = Self::on_an_erased_chip(image);
         firmware.write_uicr(UICR);
@@ -123,15 +123,16 @@ impl Firmware {
         self.board.assume(self.assumptions);
     }
 
-    /// Returns firmware that has booted, with a quiet line.
+    /// Returns firmware that has booted. The line is quiet.
     pub(crate) fn booted(image: &str) -> Self {
         let mut firmware = Self::at_power_on(image);
         firmware.run_for(3 * MILLISECOND);
         firmware
     }
 
-    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
-    /// `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this rate.
+    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness (see
+    /// [`Assumptions::slowness`]). `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this
+    /// rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
@@ -206,7 +207,7 @@ impl Firmware {
         word.unwrap()
     }
 
-    /// Returns the number of overruns, and of bytes skipped because of errors.
+    /// Returns the number of overruns, and the number of bytes skipped because of errors.
     pub(crate) fn losses(&self) -> (u32, u32) {
         assert_eq!(self.counter("unserved"), 0);
         (self.counter("overrun"), self.counter("skipped"))
@@ -218,7 +219,7 @@ impl Firmware {
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
     }
 
-    /// Asserts that every byte is part of a frame, discarded or pending (L2).
+    /// Asserts that every byte is part of a frame, discarded or pending (L2 in `docs/protocol.md`).
     pub(crate) fn assert_every_byte_has_one_place(&self, what: &str) {
         let reasons = [
             "no_sync",

@@ -4,9 +4,10 @@
 use crate::firmware::{self, Firmware, Setpoint, is_some_of};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
-/// Each entry has the image, the cycles of a byte, and two delays in microseconds. According to `README.md`, nothing is
-/// lost if handlers are late by these delays. The FIFO holds five bytes. The first delay applies if an overrun comes at
-/// the end of the byte that finds no room. The second delay applies if the overrun comes at this byte's start bit.
+/// Each entry has the image, the cycles of a byte, and two delays in microseconds. `README.md` promises that handlers
+/// may be late by at least these delays without losing a byte. The FIFO holds five bytes. The first delay applies if an
+/// overrun comes at the end of the byte that finds no room. The second delay applies if the overrun comes at this
+/// byte's start bit.
 const PROMISED: [(&str, u64, [u64; 2]); 2] =
     [("default", 5_556, [500, 430]), ("megabaud", 640, [50, 45])];
 

@@ -1,9 +1,11 @@
-//! Tests of errors on the line: each error is counted, and no frame contains bytes from both sides of an error (L1).
+//! Tests of errors on the line: each error is counted, and no frame contains bytes from both sides of an error (L1 in
+//! `docs/protocol.md`).
 
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
 use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
 
-/// Both possibilities: RXDRDY may come for a byte that is not stored, or not. The specification does not say.
+/// Whether RXDRDY also comes for a byte that is not stored. The specification does not say, so the tests cover both
+/// cases.
 const EITHER: [bool; 2] = [false, true];
 
 /// Cycles of a byte at 115 200 baud.
@@ -82,8 +84,8 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame after an error loses no byte, however soon it comes, on a core that takes 1.5 times as many cycles as the
-/// model.
+/// The frame after an error loses no byte, however soon it follows the error, even on a core that takes 1.5 times as
+/// many cycles as the model.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
     for image in ["default", "megabaud"] {
@@ -131,8 +133,8 @@ fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     }
 }
 
-/// Bytes that wait in the FIFO when an error comes may be from before the error, so they are dropped and reported. A
-/// byte before these, here an `x`, has already left the FIFO.
+/// Bytes that wait in the FIFO when an error is noticed may have come before the error, so they are dropped and
+/// reported. In this test, an `x` comes first and leaves the FIFO before the other bytes wait there.
 #[test]
 fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
     for error in [LineSymbol::BadStop(0xFF), LineSymbol::Break(12)] {
@@ -234,8 +236,8 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
-/// A byte lay in memory before a restart, and the next byte is stored just before a tick. The firmware must not mistake
-/// the second byte for one with a lost ENDRX.
+/// A byte whose ENDRX was lost has caused a restart. The next byte is stored just before a tick. The firmware must not
+/// conclude that the ENDRX of this byte was lost, too.
 #[test]
 fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     let mut restarted = booted(false);
@@ -263,7 +265,7 @@ fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
 /// No ENDRX was lost, so the UARTE must not be restarted.
 #[test]
 fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
-    // The lag of STARTRX in cycles, less than `NONE_WAITS`.
+    // The lag of STARTRX in cycles. Both values are less than `NONE_WAITS`.
     for lag in [0, 1_000] {
         for before in [0, 1] {
             let sent = || {
@@ -370,7 +372,8 @@ fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
     }
 }
 
-/// An RXTO that came earlier, together with an ENDRX, does not mean that the receiver has stopped.
+/// The firmware does not take an earlier RXTO, which came together with an ENDRX, as the sign that the receiver has
+/// stopped.
 #[test]
 fn an_rxto_from_before_is_not_waited_for() {
     let mut firmware = booted(false);
@@ -382,7 +385,7 @@ fn an_rxto_from_before_is_not_waited_for() {
     });
     firmware.send_and_wait(b"x", 9 * MILLISECOND);
     assert_eq!(firmware.counter("restarts"), 1);
-    // The firmware waits for RXTO for twice the gap.
+    // The firmware waits for RXTO until twice the gap has elapsed.
     firmware.send_and_wait(&frame([1, 2, 3]), PAUSE);
     assert!(firmware.commits().is_empty());
     firmware.run_for(9 * MILLISECOND);
@@ -422,7 +425,7 @@ fn without_any_endrx_the_watchdog_bites() {
     }
 }
 
-/// A break is counted once, with its length. Low bits of bytes do not count as a break at any tick.
+/// A break is counted once, with its length. A tick at which the line is low because of a byte does not count.
 #[test]
 fn a_long_break_is_counted_once_with_its_length() {
     let mut firmware = booted(false);

@@ -163,8 +163,8 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
 }
 
 /// If a handler ends just before a tick, the main loop is awake when the tick comes. The line has a break, so no byte
-/// wakes the main loop later. Between two breaks there is time for a restart of the UARTE, because a receiver that is
-/// switched off would miss a break.
+/// wakes the main loop later. The time between two breaks is long enough for a restart of the UARTE, because a receiver
+/// that is switched off would miss a break.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");
@@ -176,8 +176,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
     assert!(firmware.board.trace().resets.is_empty());
 }
 
-/// The firmware is interrupted for longer than a tick, at many positions of the main loop. The tick that it requests
-/// next has then already passed, so the firmware must not wait for this tick.
+/// The firmware is interrupted for longer than a tick, at many positions of the main loop. If the main loop then
+/// requests a tick whose time has already passed, it must not sleep until this tick.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;
@@ -192,7 +192,7 @@ fn a_tick_that_is_over_already_is_not_waited_for() {
     }
 }
 
-/// A fault, as from a wild pointer, ends the pulses after the current one.
+/// After a fault, such as an access through a wild pointer, the pulses end after the current one.
 #[test]
 fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut firmware = Firmware::booted("default");
@@ -237,7 +237,7 @@ fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
     let (address, empty) = cell(&starts);
     let mut in_use = cell(&Firmware::booted("default")).1;
     assert_ne!(empty, in_use);
-    // The cell's count of borrows.
+    // The first word of the cell is its count of borrows.
     in_use[..4].copy_from_slice(&1_u32.to_le_bytes());
     for bytes in [empty, in_use] {
         let mut firmware = Firmware::booted("default");

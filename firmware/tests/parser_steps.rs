@@ -1,5 +1,5 @@
-//! A program for the chip, which runs only in the emulator. It calls single steps of the parsers for the
-//! figures, with every state and every kind of byte.
+//! A program for the chip, which runs only in the emulator. It calls single steps of the parsers, in every state and
+//! with every kind of byte, so that `figures.rs` can measure their cycles.
 #![no_std]
 #![no_main]
 #![allow(improper_ctypes_definitions)]

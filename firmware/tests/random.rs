@@ -3,6 +3,8 @@
 //! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of a few
 //! hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
 
+use std::collections::BTreeMap;
+
 use framelock_proofs::reference::{Bin, Lecture, NaiveFormat as _};
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 use rand::{Rng, SeedableRng};
@@ -76,10 +78,10 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 /// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
-    for_seeds(RUNS, |seed| {
+    for_seeds(RUNS, |seed, occurred| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (counted, overrun_counted) = (random.random(), random.random());
-        one_run(seed, &mut random, |all| {
+        one_run(seed, &mut random, occurred, |all| {
             all.ready_on_framing_error = counted;
             all.ready_on_overrun = overrun_counted;
         });
@@ -89,20 +91,43 @@ fn whatever_happens_it_does_as_the_reference() {
 /// Checks the same under random mixes of assumptions. Within half a second, the firmware receives a frame again.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
-    for_seeds(MIXES, |seed| {
+    for_seeds(MIXES, |seed, occurred| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        one_run(seed, &mut random, |all| *all = Assumptions::mixed(seed));
+        one_run(seed, &mut random, occurred, |all| {
+            *all = Assumptions::mixed(seed)
+        });
     });
 }
 
-fn for_seeds(runs: u64, run: impl Fn(u64)) {
+fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
     let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
     let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
-    let runs = variable("FRAMELOCK_RANDOM_RUNS").unwrap_or(runs);
-    (first..first + runs).for_each(run);
+    let wanted = variable("FRAMELOCK_RANDOM_RUNS").unwrap_or(runs);
+    let mut occurred = FORMS.map(|form| (form, 0)).into();
+    (first..first + wanted).for_each(|seed| run(seed, &mut occurred));
+    // A few runs, which repeat a failure, need not have every form.
+    assert!(
+        wanted < runs || occurred.values().all(|times| *times > 5),
+        "{occurred:?}"
+    );
 }
 
-fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumptions)) {
+/// The number of times that each form of a run occurred.
+type Occurred = BTreeMap<&'static str, usize>;
+
+/// The forms of runs: the steps that were sent, the commits of each image that were compared with the reference, and
+/// the runs in which bytes were lost.
+const FORMS: [&str; 10] = [
+    "bytes", "pause", "gap", "bad stop", "break", "hold-off", "megabaud", "default", "lecture",
+    "loss",
+];
+
+fn one_run(
+    seed: u64,
+    random: &mut ChaCha8Rng,
+    occurred: &mut Occurred,
+    assume: impl FnOnce(&mut Assumptions),
+) {
     let (image, baud, reference): (_, _, Reference) = match random.random_range(0..3) {
         0 => ("megabaud", 1_000_000_u64, reference::<Bin>),
         1 => ("default", 115_200, reference::<Bin>),
@@ -126,7 +151,13 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
         "seed {seed}, {image}: {steps:02X?}; {:?}",
         firmware.assumptions
     );
-    check(&mut firmware, reference, &sent, &what);
+    let form = match check(&mut firmware, reference, &sent, &what) {
+        Some(commits) => (image, commits),
+        None => ("loss", 1),
+    };
+    for (form, times) in sent.forms.iter().map(|form| (*form, 1)).chain([form]) {
+        *occurred.entry(form).or_default() += times;
+    }
     let serves = (0..5).any(|_| {
         firmware.send_and_wait(&frame([1, 2, 3]), 100 * MILLISECOND);
         firmware.commits() == [[1, 2, 3]]
@@ -139,46 +170,60 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
 struct Sent {
     stretches: Vec<Vec<u8>>,
     has_errors: bool,
+    /// The forms of the steps.
+    forms: Vec<&'static str>,
 }
 
 fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
     let mut sent = Sent {
         stretches: vec![Vec::new()],
         has_errors: false,
+        forms: Vec::new(),
     };
     // The silence since the last byte, because consecutive pauses could add up to a gap.
     let mut silence = 0;
     for step in steps {
         // The line is filled ahead of time, so each step begins after everything that was sent before.
-        match step {
+        let form = match step {
             Step::Bytes(bytes) => {
                 silence = 0;
                 firmware.board.send(bytes);
                 if let Some(stretch) = sent.stretches.last_mut() {
                     stretch.extend(bytes);
                 }
+                "bytes"
             }
             Step::Pause(cycles) => {
                 let cycles = (*cycles).min(LONGEST_PAUSE - silence);
                 wait(firmware, cycles);
                 silence += cycles;
+                "pause"
             }
             Step::Gap => {
                 wait(firmware, RESTART);
                 silence = 0;
                 sent.stretches.push(Vec::new());
+                "gap"
             }
-            Step::BadStop(byte) => sent.error(firmware, LineSymbol::BadStop(*byte)),
-            Step::Break(bits) => sent.error(firmware, LineSymbol::Break(*bits)),
-            Step::HoldOff(_) if silence + 2 * HELD_OFF > LONGEST_PAUSE => {}
+            Step::BadStop(byte) => {
+                sent.error(firmware, LineSymbol::BadStop(*byte));
+                "bad stop"
+            }
+            Step::Break(bits) => {
+                sent.error(firmware, LineSymbol::Break(*bits));
+                "break"
+            }
+            Step::HoldOff(_) if silence + 2 * HELD_OFF > LONGEST_PAUSE => continue,
             Step::HoldOff(thousandths) => {
                 silence += 2 * HELD_OFF;
                 let now = firmware.board.now();
                 firmware.board.hold_off(now, hold_off * thousandths / 1_000);
                 // The next delay begins after the handlers have run.
                 firmware.run_for(2 * HELD_OFF);
+                "hold-off"
             }
-        }
+        };
+        sent.forms.push(form);
     }
     wait(firmware, RESTART);
     sent
@@ -198,7 +243,8 @@ fn wait(firmware: &mut Firmware, cycles: u64) {
     firmware.run_for(cycles);
 }
 
-fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str) {
+/// Returns the number of commits, if the firmware has received every byte.
+fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str) -> Option<usize> {
     let commits = firmware.commits();
     let possible: Vec<Setpoint> = sent.stretches.iter().flat_map(|s| frames(s)).collect();
     assert!(
@@ -220,6 +266,7 @@ fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str)
 
     firmware.assert_every_byte_has_one_place(what);
     assert_eq!(firmware.board.trace().resets, [], "{what}");
+    nothing_is_lost.then_some(commits.len())
 }
 
 /// Returns every frame in these bytes, including overlapping ones.

@@ -1,4 +1,5 @@
-//! Tests of the self-test. Its table must describe the emulated chip, under every assumption.
+//! Tests of the self-test. Its table must describe the emulated chip correctly, under every
+//! assumption.
 
 use nrf52840_emulator::{Assumptions, Board, LogTable, MILLISECOND, ResetCause};
 
@@ -196,7 +197,7 @@ fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
     }
 }
 
-/// The self-test reports each assumption of the firmware that the chip does not meet.
+/// If the chip violates one of the firmware's assumptions, the self-test reports it.
 #[test]
 fn a_chip_that_does_less_is_not_fine() {
     let usual = Assumptions::default();

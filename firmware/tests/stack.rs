@@ -14,7 +14,8 @@ use crate::image::MOST_FLASH;
 const SP: u8 = 13;
 const LR: u8 = 14;
 const PC: u8 = 15;
-/// Bytes that the processor stores when it enters an exception, with floating point and alignment of the stack.
+/// Bytes that the processor stores when it enters an exception: the frame with floating-point registers, and four bytes
+/// to align the stack.
 const EXCEPTION: u32 = 104 + 4;
 
 /// An image's machine code.
@@ -25,7 +26,7 @@ struct Code<'a> {
     panic: Option<u32>,
 }
 
-/// The stack that a function takes (the sum of all its pushes), and the functions that it calls.
+/// The stack that a function takes, which is the sum of all its pushes, and the functions that it calls.
 #[derive(Default)]
 struct Function {
     takes: u32,
@@ -41,7 +42,7 @@ impl<'a> Code<'a> {
             if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 ranges.insert(start, start..start + symbol.size() as u32);
             }
-            // The symbol $t marks the beginning of code. The symbol $d marks the beginning of tables and constants.
+            // A symbol $t marks where code begins, and a symbol $d where tables or constants begin.
             if name.starts_with("$t") || name.starts_with("$d") {
                 mappings.insert(start, name.starts_with("$t"));
             }

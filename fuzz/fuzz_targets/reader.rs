@@ -3,4 +3,6 @@
 
 use framelock_fuzz_oracles::{Stream, reader};
 
-libfuzzer_sys::fuzz_target!(|input: Stream| reader(&input));
+libfuzzer_sys::fuzz_target!(|input: Stream| {
+    reader(&input);
+});

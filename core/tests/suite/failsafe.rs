@@ -141,16 +141,7 @@ proptest! {
         ),
     ) {
         let phases = failsafe(&Schedule { parameters, start, steps }).expect("no contradiction");
-        let mut occurred = PHASES.lock().expect("no count panics");
-        for (name, phase) in [
-            ("live", Phase::Live),
-            ("approach", Phase::Approach),
-            ("hold", Phase::Hold),
-            ("ramp", Phase::Ramp),
-            ("parked", Phase::Parked),
-        ] {
-            occurred.count(name, phases.iter().filter(|it| **it == phase).count() as u64);
-        }
+        PHASES.lock().expect("no count panics").count_phases(&phases);
     }
 }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 mod against_reference;
+mod buffered;
 mod checksum;
 mod examples;
 mod failsafe;

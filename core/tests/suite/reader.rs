@@ -5,9 +5,9 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{
-    BufferedReceiver, Classification, DiscardReason, Encode, Format, LineEvent, Reader, Receiver,
-};
+use framelock::{BufferedReceiver, Encode, LineEvent, Reader, Receiver};
+
+use crate::buffered::Short;
 
 /// A UART that returns the given pieces and errors, one per call.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -88,35 +88,6 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
     assert_eq!(reader.next_message()?, Some(SETPOINT));
     assert_eq!(reader.next_message()?, None);
     Ok(())
-}
-
-/// `'#' length payload`, where bit 6 of the last byte must be 1, as in a letter.
-#[derive(Clone, Copy)]
-struct Short;
-
-impl Format for Short {
-    const LONGEST: usize = 9;
-    type Message<'a> = &'a [u8];
-
-    fn classify(&self, bytes: &[u8]) -> Classification {
-        let whole = match *bytes {
-            [b'#'] => 2,
-            [b'#', length, ..] if length > 7 => {
-                return Classification::Rejected(DiscardReason::TooLong);
-            }
-            [b'#', length, ..] => 2 + usize::from(length),
-            _ => return Classification::Rejected(DiscardReason::NoSync),
-        };
-        match bytes.get(whole - 1) {
-            None => Classification::Incomplete { at_least: whole },
-            Some(last) if last & 0x40 != 0 => Classification::Frame(whole),
-            Some(_) => Classification::Rejected(DiscardReason::WrongTerminator),
-        }
-    }
-
-    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        &frame[2..]
-    }
 }
 
 /// Frames of any length borrow from the receiver. After a false start, two frames are complete. The reader returns both

@@ -30,15 +30,15 @@
 //!
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
 //! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
-//! a round at each tick, so if such an event is lost, duplicated or late, this costs at most a tick. A lost ENDRX shows
-//! in memory, because a byte that has lain there for a whole tick was never read. A duplicate ENDRX is cleared before
-//! the next transfer.
+//! a round at each tick, so a lost, duplicated or late event of this kind delays a decision by at most one tick. A lost
+//! ENDRX shows in memory, because a byte that has lain there for a whole tick was never read. A duplicate ENDRX is
+//! cleared before the next transfer.
 //!
-//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. A running receiver must be stopped first: the
-//! reception gives STOPRX, and RXTO follows five byte times later. No handler has to wait for RXTO, because RXTO causes
-//! an interrupt. If RXTO is lost, the first tick after twice `GAP` ends the wait. RXTO may also come too early; then
-//! the UARTE is switched off while it still runs. Bytes that arrive while the reception is stopping are lost, but the
-//! loss has already been reported.
+//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. The UARTE's receiver must be stopped before it
+//! is switched off, so the reception triggers STOPRX, and RXTO follows five byte times later. No handler has to wait
+//! for RXTO, because RXTO causes an interrupt. If RXTO is lost, the first round after twice `GAP` ends the wait. If
+//! RXTO comes too early, the UARTE is switched off while its receiver still runs. Bytes that arrive while the reception
+//! is stopping are lost, but the loss has already been reported.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -92,8 +92,8 @@ pub trait Registers {
     fn stopped(&mut self) -> bool;
     /// Switches the UARTE off and on, which empties the FIFO. Then clears ERRORSRC and opens a transfer.
     fn start_anew(&mut self);
-    /// Sets whether ERROR and the timer's count of `NONE_WAITS` cause interrupts. From here on ENDRX causes
-    /// interrupts, and RXTO does not.
+    /// Sets which events cause interrupts. `to_errors` includes ERROR. `to_none_waits` includes the instant at which
+    /// the timer reaches `NONE_WAITS`. From here on ENDRX causes interrupts, and RXTO does not.
     fn listen(&mut self, to_errors: bool, to_none_waits: bool);
     /// Hands on a byte to the receiver.
     fn push(&mut self, byte: u8);
@@ -151,9 +151,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // The order of these reads matters. Read the timer before ENDRX. Then no byte was waiting if `NONE_WAITS` has
-        // elapsed and ENDRX has not come. Read the byte before ERRORSRC. Then a byte in memory came before any error if
-        // ERRORSRC shows no error.
+        // The order of these reads matters. Read the timer before ENDRX: if `NONE_WAITS` had elapsed, and ENDRX has
+        // still not come, no byte was waiting. Read the byte before ERRORSRC: if ERRORSRC still shows no error, the
+        // byte was stored before any error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);
@@ -201,7 +201,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         core::mem::take(&mut self.served) && self.since_byte.restarts < MOST_RESTARTS
     }
 
-    /// Handles a line error. If a byte was read in the same round, it may have been received before the error.
+    /// Handles a line error. A byte that was read in the same round is dropped, because it may have been received
+    /// before the error.
     #[cold]
     #[inline(never)]
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
@@ -216,7 +217,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         } else {
             self.drain(registers);
         }
-        // Report last, so that `NONE_WAITS` starts early and passes before the next byte comes.
+        // Report last, so that the drain begins early, and `NONE_WAITS` elapses before the next byte comes.
         for (bit, event) in (0..).zip(EVENTS) {
             if causes >> bit & 1 == 1 {
                 registers.report(event);
@@ -224,8 +225,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. This time is
-    /// measured from now on.
+    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. The timer
+    /// measures this time from now on.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.state = State::Draining;
         registers.restart_timer();

@@ -4,7 +4,7 @@
 //!
 //! * S1. Bytes are handed on in order and once each. No byte that the chip reports as corrupted is handed on. There is
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
-//!   with a good stop bit. The chip does not report this, but the reception has reported an event before it.
+//!   with a good stop bit. The chip does not report this false byte, but the reception has reported an event before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX counts as
 //!   lost if it has not come although its byte has lain in memory from one tick to the next, or although the FIFO
@@ -17,34 +17,35 @@
 //!   further byte arrives, these are at most the byte in memory and the bytes in the FIFO. If rounds are late and bytes
 //!   follow each other without a pause, there is no such round before the first pause.
 //! * L3. If an ENDRX is lost, the reception reports it and stops the UARTE by the second tick. If the byte looks like
-//!   no byte, the reception does so when the FIFO has overrun. The UARTE is restarted in the round that RXTO requests,
-//!   five byte times later. If RXTO is lost, the UARTE is restarted in the first round after twice `GAP`. From then on
-//!   L2 holds. If one ENDRX after another is lost, the watchdog is no longer fed.
+//!   no byte, the reception does so only when the FIFO has overrun. The UARTE is restarted in the round that RXTO
+//!   requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first round after twice
+//!   `GAP`. From then on L2 holds. If one ENDRX after another is lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
 //!   STARTRX, the spurious byte replaces the stored one, and nothing is reported. From then on the whole theorem holds
-//!   again. L4 is proved for bytes whose own ENDRX is neither late nor lost, and with `start` as one step.
+//!   again. L4 is proved for bytes whose own ENDRX is neither late nor lost. The proof treats the call of `start` as a
+//!   single step.
 //!
 //! The proof is by induction. [`chip`] models the chip as the handler sees it. [`invariant`] states the invariant of
 //! the chip and the reception. The invariant holds at the start, and every step of the chip preserves it ([`safety`]).
-//! Every round and every tick also preserves the invariant, although **the chip may do anything between any two
+//! Every round and every tick also preserves the invariant, even though **the chip may do anything between any two
 //! accesses**: before each access, [`chip::Chip::moves`] takes any number of the chip's steps. L4 is proved with the
 //! same freedom. L1 to L3 are proved for rounds and ticks during which the chip takes no step. L2 and L3 also assume
 //! that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
 //! Decisions read only the events ENDRX and RXTO. The model also has ERROR, which only wakes the handler. All other
-//! events may be lost, duplicated or late. In this case the next tick requests the round. RXTO may come at any time, or
-//! never.
+//! events may be lost, duplicated or late. If no event wakes the handler, the next tick requests the round. RXTO may
+//! come at any time, or never.
 //!
-//! The proof makes these assumptions about the chip. The self-test has a row for each:
+//! The proof makes these assumptions about the chip. The self-test's table has a row for each:
 //!
 //! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If a byte waits at
 //!   that time and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks like
-//!   no byte, its ENDRX comes before then, too, or never. The ENDRX of any other byte may be late by any time, or lost.
-//!   A byte that begins to wait later may be stored at any later time.
+//!   no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of any other byte may be
+//!   late by any amount of time, or lost. A byte that begins to wait later may be stored at any later time.
 //! * A2. The FIFO continues to receive while no transfer is open.
-//! * A3. ERRORSRC shows an error before any byte received after the error is stored. If the corrupted byte itself
-//!   is stored, as with a parity error, ERRORSRC shows the error before that, too.
+//! * A3. ERRORSRC shows an error before any byte received after the error is stored. If the corrupted byte itself is
+//!   stored, as with a parity error, ERRORSRC shows the error before this byte is stored, too.
 //! * A4. ERRORSRC also shows an overrun before any byte that follows the lost one is stored. An overrun may lose any
 //!   bytes of the FIFO, but at least one byte stays there. The FIFO does not overrun while a transfer is open and the
 //!   timer is at `NONE_WAITS` or later, because the transfer takes a byte first.
@@ -52,7 +53,8 @@
 //!   open. The handler cannot distinguish the spurious byte of L4 from a real one: any of the 256 values in memory may
 //!   be a received byte, and only ENDRX shows that a byte with the value `NO_BYTE` has come.
 //!
-//! The FIFO of the model holds three bytes. The model identifies bytes by their numbers on the line.
+//! The FIFO of the model holds three bytes. The model numbers the bytes in the order of the line, and identifies each
+//! byte by its number.
 
 #![allow(
     clippy::arithmetic_side_effects,

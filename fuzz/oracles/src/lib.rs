@@ -38,26 +38,56 @@ pub use stream::{Stream, StreamStep};
 pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
+use framelock::motion::FailsafeError;
 
-/// A fuzz target as a function of the fuzzer's bytes. Returns false if the bytes are too few for an
+/// A fuzz target as a function of the fuzzer's bytes. Counts the outcomes. Counts none if the bytes are too few for an
 /// input.
-pub type Target = fn(&[u8]) -> bool;
+pub type Target = fn(&[u8], &mut Occurred);
 
 /// All targets by name, except `terminal` and `description`. These two depend on the command line and on descriptions,
 /// which are compiled only for their own tests.
 pub const TARGETS: [(&str, Target); 6] = [
-    ("parser", |bytes| structured(bytes, parser)),
-    ("faults", |bytes| structured(bytes, faults)),
-    ("failsafe", |bytes| structured(bytes, failsafe)),
-    ("reader", |bytes| structured(bytes, reader)),
-    ("framing", |bytes| structured(bytes, framing)),
-    ("formats", |bytes| structured(bytes, formats)),
+    ("parser", |bytes, occurred| {
+        let all = structured(bytes, parser).into_iter().flatten();
+        all.for_each(|counters| occurred.count_all(&counters));
+    }),
+    ("faults", |bytes, occurred| {
+        let sorts = ["intact frame", "frame with a commit within", "wrong bits"];
+        let all = structured(bytes, faults).into_iter().flatten();
+        all.zip(sorts)
+            .for_each(|(times, sort)| occurred.count(sort, times as u64));
+    }),
+    ("failsafe", |bytes, occurred| {
+        let result = structured(bytes, failsafe).unwrap_or(Ok(Vec::new()));
+        occurred.count_phases(result.as_deref().unwrap_or_default());
+        let error = result.err();
+        for (name, contradiction) in [
+            ("hold at once", FailsafeError::HoldAtOnce),
+            ("ramp before hold", FailsafeError::RampBeforeHold),
+        ] {
+            occurred.count(name, error == Some(contradiction));
+        }
+    }),
+    ("reader", |bytes, occurred| {
+        let all = structured(bytes, reader).into_iter().flatten();
+        all.for_each(|counters| occurred.count_all(&counters));
+    }),
+    ("framing", |bytes, occurred| {
+        let all = structured(bytes, framing).into_iter().flatten();
+        all.for_each(|counters| occurred.count_all(&counters));
+    }),
+    ("formats", |bytes, occurred| {
+        let counters = structured(bytes, formats);
+        counters
+            .iter()
+            .for_each(|counters| occurred.count_all(counters));
+    }),
 ];
 
-/// Runs a check like `libfuzzer_sys::fuzz_target!`. Returns false if the bytes are too few.
-fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> bool {
+/// Runs a check like `libfuzzer_sys::fuzz_target!`. Returns `None` if the bytes are too few.
+fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> Option<T> {
     let input = Input::arbitrary_take_rest(Unstructured::new(bytes));
-    input.map(|input| check(&input)).is_ok()
+    input.ok().map(|input| check(&input))
 }
 
 /// Returns values until the bytes are too few for another one.

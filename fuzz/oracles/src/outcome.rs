@@ -1,8 +1,8 @@
 //! The naive reference's result for a stream, in the core's types.
 
-use framelock::motion::Setpoint;
 use std::collections::BTreeMap;
 
+use framelock::motion::{Phase, Setpoint};
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 
@@ -74,6 +74,20 @@ impl Occurred {
             ("idle gap", events.idle),
         ] {
             self.count(outcome, times);
+        }
+    }
+
+    /// Counts the phases of a failsafe's outputs.
+    pub fn count_phases(&mut self, phases: &[Phase]) {
+        for (name, phase) in [
+            ("live", Phase::Live),
+            ("approach", Phase::Approach),
+            ("hold", Phase::Hold),
+            ("ramp", Phase::Ramp),
+            ("parked", Phase::Parked),
+        ] {
+            let times = phases.iter().filter(|it| **it == phase).count();
+            self.count(name, times as u64);
         }
     }
 

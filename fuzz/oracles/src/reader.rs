@@ -60,18 +60,22 @@ impl embedded_io_async::Read for Driver<'_> {
 /// report a line event to the reader, which discards the pending bytes. All this must hold for buffers of different
 /// sizes, and for the blocking and the async reader.
 ///
+/// Returns the counters of each machine.
+///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn reader(stream: &Stream) {
-    check::<Receiver<Bin>, reference::Bin, 16>(stream);
-    check::<Lecture, reference::Lecture, 1>(stream);
-    check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream);
+pub fn reader(stream: &Stream) -> [Counters; 3] {
+    [
+        check::<Receiver<Bin>, reference::Bin, 16>(stream),
+        check::<Lecture, reference::Lecture, 1>(stream),
+        check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream),
+    ]
 }
 
 /// The result of a call to the reader's `next_message`.
 type Answer = Result<Option<Setpoint>, ErrorKind>;
 
-fn check<P, F, const N: usize>(Stream(steps): &Stream)
+fn check<P, F, const N: usize>(Stream(steps): &Stream) -> Counters
 where
     P: OfSetpoints + Debug,
     F: NaiveFormat,
@@ -94,6 +98,7 @@ where
         }
         assert_eq!(reader.line().counters(), &counters, "{steps:02X?}");
     }
+    counters
 }
 
 /// Returns the reader's expected answers, including two at the end of the source, and the expected

@@ -118,6 +118,11 @@ impl Kind {
         let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
         let shortest = if takes_rest {
             0
+        } else if self.has_truncated_zeros {
+            // A sender that leaves out zeros sends the first byte of the fields, even if no value is given.
+            let whole = self.least_length(self.fields.iter().filter_map(|field| field.end(0)));
+            let first = self.first_zero() + self.from_end;
+            whole.min(first).max(self.layout.shortest())
         } else {
             self.layout.shortest()
         };

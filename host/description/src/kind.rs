@@ -27,7 +27,7 @@ pub struct Kind {
     /// a frame is shown.
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
-    pub(crate) sign: (usize, Vec<u8>),
+    pub sign: (usize, Vec<u8>),
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
     /// The numbers and names of messages, in ascending order of the numbers.

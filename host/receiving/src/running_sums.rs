@@ -221,6 +221,7 @@ mod tests {
     fn sums_of_stretches_are_those_of_the_algorithm() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let stream: Vec<u8> = (0..200_000).map(|_| random.random()).collect();
+        let (mut back, mut overlaps, mut gaps) = (0, 0, 0);
         for algorithm in (0..20)
             .flat_map(|_| algorithms(&mut random))
             .collect::<Vec<_>>()
@@ -238,14 +239,22 @@ mod tests {
                     algorithm.of(covered, extra),
                     "{algorithm:?} {at} {length}"
                 );
+                let (from, to) = (at, at + covered.len());
                 at = (at + random.random_range(0..step)).min(stream.len());
                 at -= if random.random_ratio(1, 9) {
                     at.min(50)
                 } else {
                     0
                 };
+                back += u32::from(at < from);
+                overlaps += u32::from((from..to).contains(&at));
+                gaps += u32::from(at > to);
             }
         }
+        assert!(
+            back.min(overlaps).min(gaps) > 100,
+            "{back} {overlaps} {gaps}"
+        );
     }
 
     /// Tests a stream in which every second byte begins a stretch of 60 000 bytes.

@@ -8,6 +8,7 @@
 )]
 
 use std::ops::Range;
+use std::sync::Mutex;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -18,6 +19,7 @@ use framelock_simulation::{Parameters, Policy, run};
 use framelock_web::{Run, frames, presets, problem};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use rand::seq::IteratorRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -442,7 +444,7 @@ fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
 #[test]
 fn any_description_is_rejected_or_shown() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut shown = 0;
+    let (mut shown, mut rejected) = (0, 0);
     for _ in 0..100 {
         let texts = SHIPPED.iter().map(|(_, text)| *text).chain([MOTOR; 14]);
         let text = texts.choose(&mut random).unwrap();
@@ -464,9 +466,11 @@ fn any_description_is_rejected_or_shown() {
             }
             let tally = &end(&run)[0]["tally"];
             shown += usize::from(tally["delivered"] != 0);
+        } else {
+            rejected += 1;
         }
     }
-    assert!(shown > 20, "{shown}");
+    assert!(shown > 20 && rejected > 20, "{shown} {rejected}");
 }
 
 #[test]
@@ -646,23 +650,55 @@ fn every_key_is_written_as_it_is_read() {
     }
 }
 
+/// A valid key and value for each key, and pairs that are valid or almost valid.
+const PAIRS: [&str; 13] = [
+    "frame=(bin|bin-crc8|crsf|ubx|own)",
+    "description=length%20%3D%20[1-9]",
+    "payload=(motion|noise|random:40-43|[0-9A-F]{8})",
+    "frames=[1-9][0-9]?",
+    "lose=0\\.[0-9]",
+    "flip=0\\.[0-9]",
+    "seed=[0-9]{1,3}",
+    "idle=(on|off)",
+    "bytes=([0-9A-F]{2}){1,8}",
+    "file=3",
+    "edits=[0-9]{1,2}(d|[fi][0-9A-F]{2})",
+    "at=[0-9]{1,2}",
+    "(frame|payload|frames|lose|idle|bytes|edits|at|x)=(bin|on|[0-9]{1,3}|0\\.[0-9]|.{0,4})",
+];
+
 /// Generates addresses that are valid or almost valid.
 fn address() -> impl Strategy<Value = String> {
-    let key = "frame|description|payload|frames|lose|flip|seed|idle|bytes|file|edits|at";
-    let value = "bin|crsf|ubx|own|on|off|motion|noise|random:40-43|[0-9]{1,3}|0\\.[0-9]|[0-9A-F]{8}|\
-                 [0-9]{1,2}[di][0-9A-F]{0,2}|.{0,4}";
-    prop::collection::vec((key, value), 0..6).prop_map(|pairs| {
-        let pairs = pairs.iter().map(|(key, value)| format!("{key}={value}"));
-        pairs.collect::<Vec<_>>().join("&")
-    })
+    let pair = prop::sample::select(PAIRS.to_vec());
+    prop::collection::vec(pair.prop_flat_map(|pair| pair), 0..6).prop_map(|pairs| pairs.join("&"))
+}
+
+/// The number of valid addresses that had each key, and the number of wrong addresses.
+static OCCURRED: Mutex<[usize; PAIRS.len()]> = Mutex::new([0; PAIRS.len()]);
+
+/// Valid addresses with each key occur, and wrong ones.
+#[test]
+fn an_address_is_read_as_it_is_written() {
+    any_address();
+    let occurred = OCCURRED.lock().unwrap();
+    assert!(occurred.iter().all(|times| *times > 5), "{occurred:?}");
 }
 
 proptest! {
-    #[test]
-    fn an_address_is_read_as_it_is_written(address in address()) {
-        if let Ok(run) = Run::open(&address, &[]) {
+    #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    fn any_address(address in address()) {
+        let run = Run::open(&address, b"AB\0").ok();
+        let mut occurred = OCCURRED.lock().unwrap();
+        for (pair, times) in PAIRS.iter().zip(&mut *occurred) {
+            let (key, _) = pair.split_once('=').unwrap();
+            let has_key = address.split('&').any(|it| it.starts_with(&format!("{key}=")));
+            *times += usize::from(if key.starts_with('(') { run.is_none() } else { run.is_some() && has_key });
+        }
+        drop(occurred);
+        if let Some(run) = run {
             let written = run.with("").unwrap();
-            let again = Run::open(&written, &[]).unwrap();
+            let again = Run::open(&written, b"AB\0").unwrap();
             prop_assert_eq!(again.with("").unwrap(), written);
             prop_assert_eq!(view(&again, 40, 0..50), view(&run, 40, 0..50));
         }

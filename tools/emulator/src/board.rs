@@ -28,7 +28,7 @@ const LOCKED_UP: u32 = 0xFFFF_FFFE;
 /// The number of steps of the core between two checks for a soft reset. A check takes longer than a step, so the board
 /// does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// The fewest cycles that a tail chain takes. A branch takes fewer.
+/// The fewest cycles that a tail chain takes. A branch takes fewer, so the cycles of a step distinguish the two.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -49,7 +49,8 @@ pub struct Board {
     /// The next instant at which a peripheral acts. Before it, only the core acts.
     quiet_until: u64,
     lines: u64,
-    /// A copy of the core's state after its last step, because reading the state from the core takes a lock.
+    /// A copy of the core's state after its last step. The copy saves time, because reading the state from the core
+    /// takes a lock.
     pc: u32,
     exception: u16,
     /// The IT state, which is not 0 inside an IT block.
@@ -60,7 +61,7 @@ pub struct Board {
     instructions: u64,
     slept: u64,
     handlers: Handlers,
-    /// The future interruptions of the firmware: the instant and the duration of each, in cycles.
+    /// The interruptions of the firmware that are still to come: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
     trace: Trace,
@@ -234,7 +235,7 @@ impl Board {
                 .with_sys(|sys| sys.is_active(Exception(exception)))
     }
 
-    /// Returns whether a handler returned and then entered again in the same step.
+    /// Returns whether a handler returned and was entered again in the same step.
     fn entered_again(&self, exception: u16, cycles: u64) -> bool {
         if exception == 0 || cycles < CHAIN {
             return false;
@@ -327,7 +328,7 @@ impl Board {
     }
 }
 
-/// Creates a core as it is after a reset. The nRF52840 has three bits of priority.
+/// Creates a core as it is after a reset. On the nRF52840, an interrupt's priority has three bits.
 fn core(space: &Arc<AddressSpace>) -> ArmV7m {
     let core = ArmV7m::new(Config::CORTEX_M4F.with_priority_bits(3));
     core.attach_space(Arc::clone(space));

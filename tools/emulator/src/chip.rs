@@ -1,4 +1,4 @@
-//! All peripherals together: decodes addresses, passes events through shorts and PPI, and advances the time.
+//! Connects all peripherals: decodes addresses, passes events through shorts and PPI, and advances the time.
 
 use std::collections::VecDeque;
 
@@ -67,9 +67,9 @@ impl Chip {
         }
     }
 
-    /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR
-    /// survives every reset. RESETREAS survives all except a brown-out, which looks like power-on. RAM is
-    /// kept; on silicon a brown-out may also destroy it.
+    /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR survives every
+    /// reset. RESETREAS survives all except a brown-out, which looks like power-on. RAM is kept; on silicon a brown-out
+    /// may also destroy its contents.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
@@ -172,7 +172,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // Keep the refusal of the task itself, if there is one, because it says more.
+        // If the task itself has recorded a refusal, `check` keeps it, because it says more.
         self.check(done, Access::Task, address);
     }
 
@@ -214,7 +214,7 @@ impl Chip {
                 next = at;
                 break;
             }
-            // Noise can make an event due in the past. Then the event happens now.
+            // Noise that a test adds can make an event due in the past. Such an event happens now.
             self.context.now = self.context.now.max(at);
             self.act(base, |peripheral, context| {
                 peripheral.advance(context);
@@ -239,7 +239,7 @@ impl Chip {
     }
 }
 
-/// A peripheral and its place in the address map.
+/// A peripheral and its base address.
 #[derive(Debug)]
 pub(crate) struct Unit<P: ?Sized> {
     /// The address of its first register.

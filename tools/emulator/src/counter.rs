@@ -13,7 +13,7 @@ pub(crate) struct Counter {
     /// The count at `since`, or the current count if the counter is stopped.
     pub(crate) count: u32,
     since: u64,
-    /// The instant up to which reached counts have been handled.
+    /// Counts that were reached up to this instant have been handled.
     pub(crate) seen: u64,
 }
 

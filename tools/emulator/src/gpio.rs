@@ -43,7 +43,7 @@ impl Default for Port {
         Self {
             out: 0,
             dir: 0,
-            // Input buffer disconnected.
+            // After a reset, the input buffers are disconnected.
             configuration: [2; 32],
         }
     }

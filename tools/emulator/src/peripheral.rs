@@ -58,7 +58,7 @@ pub(crate) struct Context {
     pub(crate) pin_changes: Vec<(u64, Pins)>,
     /// Offsets of the events that the acting peripheral has raised.
     pub(crate) raised: Vec<u32>,
-    /// The first misuse, or access to something that is not modelled.
+    /// The first action that was rejected, if any.
     pub(crate) refusal: Option<Refusal>,
 }
 
@@ -209,7 +209,8 @@ impl Common {
         }
     }
 
-    /// Raises events only while their interrupts are enabled: section "RTC", "Event control feature".
+    /// Makes the peripheral raise events only while their interrupts are enabled: section "RTC", "Event control
+    /// feature".
     pub(crate) fn raised_only_if_enabled(self) -> Self {
         Self {
             raised_only_if_enabled: true,
@@ -240,7 +241,7 @@ impl Common {
         self.raised & self.enabled != 0
     }
 
-    /// Returns whether the register is one that all peripherals with events have.
+    /// Returns whether the offset belongs to a register that every peripheral with events has.
     pub(crate) fn owns(&self, offset: u32) -> bool {
         self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
     }

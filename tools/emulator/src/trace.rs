@@ -9,7 +9,7 @@ use crate::pwm::Period;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Change {
-    /// The number that [`crate::Board::watch`] gave the word.
+    /// The number that [`crate::Board::watch`] returned for the word.
     pub watch: usize,
     /// The end of the instruction that changed the word.
     pub at: u64,
@@ -84,8 +84,8 @@ impl Handlers {
         self.active.clear();
     }
 
-    /// Records a step. Returns whether the step executed an instruction (entering an exception does
-    /// not), and the handler's run that the step completed, if any.
+    /// Records a step. Returns whether the step executed an instruction, and the handler's run that the step completed,
+    /// if any. A step that only enters an exception executes no instruction.
     pub(crate) fn step(&mut self, step: &Step) -> (bool, Option<Activation>) {
         if step.before == step.after && !step.entered_again {
             self.charge(step.cycles);

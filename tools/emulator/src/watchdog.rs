@@ -1,8 +1,8 @@
 //! The watchdog: nRF52840 Product Specification, section "WDT".
 //!
-//! The watchdog counts down from CRV at 32 768 Hz. It starts again from CRV when all enabled reload requests have come.
-//! Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz clock after TIMEOUT. Only the
-//! setting "runs while the CPU sleeps" is modelled, which is the setting after a reset.
+//! The watchdog counts down from CRV at 32 768 Hz. When all enabled reload requests have come, it starts again from
+//! CRV. Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz clock after TIMEOUT. The
+//! model supports only the setting after a reset, in which the watchdog also runs while the CPU sleeps.
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;

@@ -1,8 +1,8 @@
 //! Reads C files, which contain harnesses in C, and functions that harnesses in Rust call.
 //!
-//! A harness in C is a function `void proof_NAME_BOUND(void)`, where no loop runs more than `BOUND - 1` times. A file
-//! writes it as `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an `int` of 32 bits and once for an `int`
-//! of 16 bits.
+//! A harness in C is a function `void proof_NAME_BOUND(void)`, where no loop runs more than `BOUND - 1` times. The
+//! files declare it with the macro `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an `int` of 32 bits
+//! and once for an `int` of 16 bits.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -41,7 +41,7 @@ pub(crate) fn read(folder: Option<&Path>) -> Result<Vec<CFile>> {
 impl CFile {
     fn read(folder: &Path, path: &Path) -> Result<Self> {
         let name = path.file_stem().context("a file has a name")?;
-        // The system's headers assume an `int` of 32 bits.
+        // With an `int` of 16 bits, use other headers, because the system's headers assume 32 bits.
         let int16 = ["-nostdinc", "-I", &folder.join("int16").to_string_lossy()].map(str::to_owned);
         let text = |more: &[String]| {
             let mut cc = Command::new("cc");

@@ -52,7 +52,7 @@ pub(crate) enum Verdict {
     Error,
     /// An assertion fails, or the program panics or has undefined behaviour.
     Failed,
-    /// A loop makes more iterations than `kani::unwind` allows.
+    /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,
     /// No input reaches the end of the harness.
@@ -216,7 +216,8 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
     (verdict, wrong.into_iter().map(|(_, what)| what).collect())
 }
 
-/// Describes a cover in words, given `kani::cover_in_line::<12, FUNCTION::{closure#0}>`.
+/// Returns the position of a cover in words. `cover` is a name such as `kani::cover_in_line::<12,
+/// FUNCTION::{closure#0}>`.
 fn place(cover: &str) -> String {
     let words: Vec<&str> = cover.splitn(3, ['<', ',']).collect();
     let [_, line, function] = words.as_slice() else {
@@ -290,7 +291,7 @@ impl Run<'_> {
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
             // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
-            // Up to this length, CBMC tracks each element of an array separately.
+            // CBMC tracks each element separately in arrays of up to 1024 elements.
             .args([
                 "--slice-formula",
                 "--max-field-sensitivity-array-size",

@@ -72,7 +72,8 @@ impl<'a> Sources<'a> {
         flags.extend(passes);
         flags.extend(self.stand_in.iter().map(String::as_str));
         let mut cargo = self.cargo("build", &flags);
-        // These flags apply to this target only, not to the procedural macros that run on the host.
+        // With `--target`, the compiler's flags apply only to code for this target. They do not apply to the procedural
+        // macros, which run on the host.
         cargo
             .args(["--release", "--target", &host, "--target-dir"])
             .arg(self.target.join(folder))
@@ -124,7 +125,7 @@ fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// Builds the stand-in. Returns the compiler's flags that provide it as the crate `kani`.
+/// Builds the stand-in. Returns the compiler's flags that provide the stand-in as the crate `kani`.
 fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     let mut cargo = cargo();
     cargo.args(["build", "--quiet", "--manifest-path", manifest]);
@@ -136,7 +137,7 @@ fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     };
     let kani = named("kani", ".rlib")?;
     let macros = named("kani_macros", std::env::consts::DLL_SUFFIX)?;
-    // A flag contains the hash of the stand-in, because cargo recompiles when the flags change.
+    // A flag contains the hash of the stand-in. So cargo recompiles the packages when the stand-in changes.
     let mut hasher = DefaultHasher::new();
     fs::read(&kani)?.hash(&mut hasher);
     Ok(vec![

@@ -1,4 +1,4 @@
-//! Checks all theorems in one test, because cargo-mutants notices only failing tests.
+//! Checks all theorems in a test, because cargo-mutants notices a change only if a test fails.
 
 use std::process::Command;
 

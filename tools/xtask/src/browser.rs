@@ -14,8 +14,8 @@ use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 /// takes long to compile.
 pub(crate) const TESTS: &str = "framelock-web-browser";
 
-/// The variable with the folder for the README's pictures of the page. Without it, no pictures are
-/// taken.
+/// The environment variable that names the folder for the README's pictures of the page. Without
+/// this variable, no pictures are taken.
 const PICTURES: &str = "FRAMELOCK_PICTURES";
 
 const BROWSERS: [&str; 4] = [

@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     arguments: Vec<String>,
 }
 
-/// Builds the firmware, unless the arguments name an ELF. Then replaces this process by the emulator.
+/// Builds the firmware, unless the arguments name an ELF. Then replaces this process with the emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator

@@ -19,7 +19,7 @@ Examples:
 New inputs are kept in fuzz/corpus-found, and inputs that show a bug in fuzz/artifacts. The exit code is 1 \
 if an input shows a bug. `cargo test -p framelock-fuzz-oracles` replays the committed corpora.";
 
-/// Search for inputs that contradict the theorems: a fuzzer makes inputs, and oracles check the outcomes
+/// Search for inputs that contradict the theorems: a fuzzer generates inputs, and oracles check the outcomes
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {

@@ -161,8 +161,8 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     answers
 }
 
-/// Runs the command in a process group of its own, prints its output and returns it. The command is
-/// terminated with its child processes when it ends and when this program ends.
+/// Runs the command in a process group of its own, prints its output and returns it. When the command ends or this
+/// program is interrupted, all processes of the group are terminated.
 fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
     static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
     let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);

@@ -122,8 +122,8 @@ struct Mutant {
     diff: String,
 }
 
-/// Checks the firmware's changes, or those that the arguments `more` for cargo-mutants choose. A file in `output` lists
-/// the changes that earlier runs have noticed; these changes are not checked again.
+/// Checks all changes of the firmware, or only those that the arguments `more` for cargo-mutants select. A file in
+/// `output` lists the changes that earlier runs have noticed; these changes are not checked again.
 fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) -> Result<()> {
     let config = "firmware/mutants.toml";
     let list = cmd!(

@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only the harnesses with this name. If no harness has the name, those whose names contain it
+    /// Check only the harnesses with this name. If no harness has the name, check those whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 

@@ -20,16 +20,16 @@ const INTERFACE: &str = "PUBLIC-API.txt";
 /// is `overwrite`, writes it instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    // Build in a separate folder. In the common folder, cargo would compile all dependencies again, because unstable
-    // features are allowed.
+    // Build in a separate folder. In the common folder, cargo would compile all dependencies again, because
+    // RUSTC_BOOTSTRAP changes their build.
     let folder = workspace.target_directory.join("interface");
     let packages = names(workspace);
     cmd!(
         sh,
         "cargo doc --no-deps --lib --all-features {packages...} --target-dir {folder}"
     )
-    // rustdoc's JSON is unstable. A stable compiler accepts it only with this variable. docs.rs
-    // sets `docsrs`.
+    // rustdoc's JSON is unstable. A stable compiler accepts it only with this variable. The flag `docsrs` is set,
+    // because docs.rs sets it, too.
     .env("RUSTC_BOOTSTRAP", "1")
     .env(
         "RUSTDOCFLAGS",
@@ -113,7 +113,7 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     let packages = names(workspace);
-    // Cargo lists the packages in an order in which each depends only on earlier ones.
+    // Cargo orders the packages such that each depends only on earlier ones.
     let cargo = cmd!(sh, "cargo publish --dry-run {packages...}");
     let output = cargo.ignore_status().output()?;
     let said = String::from_utf8_lossy(&output.stderr);

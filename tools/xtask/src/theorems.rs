@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 /// A row of the table.
 pub(crate) struct Theorem {
-    /// The theorem's number, and its statement up to the first colon.
+    /// The theorem's number, and its statement up to the first colon, full stop or semicolon.
     pub(crate) title: String,
     /// The names in the row: harnesses, or modules of harnesses.
     names: Vec<String>,

@@ -13,9 +13,9 @@ use crate::browser;
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
-/// The option that makes any compiling command of cargo run clippy too. Clippy's compiler is rustc with more lints, and
-/// works only with its own toolchain. This is an option of cargo instead of an environment variable, because programs
-/// that cargo runs would inherit the variable.
+/// The option with which every cargo command that compiles also runs clippy. Clippy's compiler is rustc with more
+/// lints, and works only with its own toolchain. It is an option of cargo and not an environment variable, because
+/// programs that cargo runs would inherit a variable.
 pub(crate) const CLIPPY: [&str; 2] = ["--config", "build.rustc-workspace-wrapper='clippy-driver'"];
 
 /// The variable that turns clippy's warnings into errors.

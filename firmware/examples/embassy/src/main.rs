@@ -27,7 +27,7 @@ bind_interrupts!(struct Interrupts {
     UARTE0 => InterruptHandler<peripherals::UARTE0>;
 });
 
-/// Silence that ends a frame. It is longer than the pauses that a USB serial adapter inserts into a
+/// The length of a silence that ends a frame. It is longer than the pauses that a USB serial adapter inserts into a
 /// frame.
 const IDLE: Duration = Duration::from_millis(5);
 

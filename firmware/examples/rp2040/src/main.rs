@@ -3,8 +3,8 @@
 //! **This program compiles, but it has never run.**
 //!
 //! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so `Reader` takes
-//! it directly. The driver reports each kind of error, after the bytes received before it. The program passes the error
-//! on as a line event.
+//! it directly. The driver reports errors of all kinds, each after the bytes that were received before it. The program
+//! turns each error into a line event.
 #![no_std]
 #![no_main]
 #![allow(

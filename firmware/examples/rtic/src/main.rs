@@ -19,7 +19,7 @@ mod app {
     use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
     use rtic_monotonics::nrf::timer::prelude::*;
     nrf_timer0_monotonic!(Mono, 1_000_000);
-    /// Silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
+    /// The length of a silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
     /// adapter inserts into a frame.
     const IDLE: u32 = 5;
     /// Number of bytes to drop after an error, because they may have been received before the error.

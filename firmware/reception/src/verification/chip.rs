@@ -24,8 +24,8 @@ pub(super) struct Byte {
 pub(super) struct Chip {
     /// The number of the next byte on the line. Lost bytes have numbers too.
     pub(super) next: u8,
-    /// The numbers of bytes in the FIFO. The first `old` bytes may be corrupted, or from before the last error. The
-    /// `new` bytes after them are sound, and are the latest bytes on the line.
+    /// The FIFO holds `old` bytes followed by `new` bytes. The `old` bytes may be corrupted, or may have come before
+    /// the last error. The `new` bytes are sound, and are the latest bytes on the line.
     pub(super) old: u8,
     pub(super) new: u8,
     pub(super) open: bool,
@@ -72,8 +72,8 @@ impl Chip {
         self.next - self.new
     }
 
-    /// Takes any number of the chip's steps, or none, in any order. It stores at most one byte, because only an access
-    /// can open another transfer.
+    /// Takes any number of the chip's steps, or none, in any order. The chip stores at most one byte meanwhile, because
+    /// only an access can open another transfer.
     pub(super) fn moves(&mut self) {
         if self.stopping {
             // While stopping, the handler reads only the timer and RXTO, and all bytes that arrive are lost.
@@ -99,9 +99,9 @@ impl Chip {
         }
     }
 
-    /// Advances the timer by any time. The timer stands still while a byte waits and a transfer is open. So a byte that
-    /// waits at 0 is stored before `NONE_WAITS` (A1). A byte that is stored later than it began to wait is covered,
-    /// because this model also lets it arrive later.
+    /// Advances the timer by any amount of time, except while a byte waits and a transfer is open. So a byte that waits
+    /// when the timer is 0 is stored before `NONE_WAITS` (A1). A byte that begins to wait later may be stored after any
+    /// delay. The model covers this, because it lets the byte arrive after the same delay.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
@@ -159,9 +159,8 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// Takes the chip's steps before an access. Accesses that read or change the chip's state call this function. The
-    /// other accesses need not call it, because no step of the chip depends on them. The steps can as well happen
-    /// before the next access that does call it.
+    /// Takes the chip's steps before an access. An access need not call this function if it makes no difference whether
+    /// the chip's steps come before this access or before the next one.
     fn access(&mut self) {
         if self.moves {
             self.moves();
@@ -207,8 +206,8 @@ impl Registers for Chip {
         self.error = false;
         self.access();
         let (failed, overran) = (self.failed, self.overran);
-        // An error may come before the causes are cleared. The error is cleared with them if it has the same cause, or
-        // if any write clears all causes.
+        // Another error may come before the causes that were read are cleared. It is cleared with them if it has the
+        // same cause, or if any write clears all causes.
         self.access();
         if !failed {
             return 0;

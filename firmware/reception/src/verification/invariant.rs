@@ -5,7 +5,7 @@ use super::Reception;
 use super::chip::{Byte, Chip, FIFO, TIMES};
 use crate::{ERRORS_A_TICK, SinceByte, State};
 
-/// The limit on the bytes' numbers at the start of a harness. With it, the numbers do not overflow within a round.
+/// The limit on the number of the next byte at the start of a harness, so that numbers do not overflow within a round.
 const NUMBERS: u8 = 30;
 
 impl Chip {
@@ -62,8 +62,8 @@ impl Chip {
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
-    /// Returns whether the chip's state is possible. Exactly one of three cases holds: a transfer is open, or its ENDRX
-    /// has come, or its ENDRX is still due.
+    /// Returns whether the chip's state is possible. In a possible state, exactly one of three cases holds: a transfer
+    /// is open, or the last transfer's ENDRX has come, or the last transfer's ENDRX is still due.
     fn is_possible(&self) -> bool {
         self.old < FIFO + 1
             && self.new < FIFO + 1

@@ -138,7 +138,8 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     kani::cover!(works);
 }
 
-/// Checks L2 after any number of rounds: the round ends the drain whatever happened before, and however late it is.
+/// Checks L2 for a round that finds a transfer open and `NONE_WAITS` elapsed: it ends the drain, whatever happened in
+/// earlier rounds, and however late it is.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_in_a_pause_ends_the_drain() {

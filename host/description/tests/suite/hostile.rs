@@ -84,8 +84,8 @@ fn steps(mut stream: &[u8], random: &mut ChaCha8Rng) -> Vec<Step> {
     steps
 }
 
-/// Returns the number of frames.
-fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
+/// Returns the number of frames, and of the bytes that were discarded for each reason.
+fn agree(description: &Description, random: &mut ChaCha8Rng) -> [u32; 9] {
     let format = description.format();
     let frames = frames(description, random);
     let stream = hostile(&frames, random);
@@ -97,8 +97,6 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
     assert_eq!(outcome, expected, "{stream:02X?}");
 
     // The counters must also agree if a line returns one outcome per call, and if it takes one byte per call.
-    let is_frame = |one: &&Result<Vec<u8>, _>| one.is_ok();
-    let expected = expected.0.iter().filter(is_frame).count();
     let mut counted = [Line::new(receiver.clone()), Line::new(receiver)];
     for (bytes, is_silence) in &steps {
         let mut rest = bytes.as_slice();
@@ -114,7 +112,26 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
     for line in counted {
         assert_eq!(*line.counters(), outcome.2);
     }
-    expected
+    let Counters {
+        frames, discarded, ..
+    } = outcome.2;
+    [
+        frames,
+        discarded.no_sync,
+        discarded.broken_sync,
+        discarded.bad_header,
+        discarded.too_long,
+        discarded.unknown_message,
+        discarded.checksum_mismatch,
+        discarded.wrong_terminator,
+        discarded.line_event,
+    ]
+}
+
+fn add(sums: &mut [u32; 9], counts: [u32; 9]) {
+    sums.iter_mut()
+        .zip(counts)
+        .for_each(|(sum, count)| *sum += count);
 }
 
 /// Tries each shipped description, and UBX with the longest frames that its length field can express.
@@ -123,22 +140,26 @@ fn shipped_frames_among_false_starts() {
     let ubx = framelock_description::shipped("ubx").unwrap();
     let longest = ubx.replace("longest = 4096", "longest = 65543");
     assert_ne!(longest, ubx);
+    let mut in_all = [0; 9];
     for (name, text) in SHIPPED.iter().chain(&[("ubx", &*longest)]) {
         let description = Description::parse(name, text).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(5);
-        let frames: usize = (0..60).map(|_| agree(&description, &mut random)).sum();
-        assert!(frames > 60, "{name}: {frames}");
+        let mut counts = [0; 9];
+        (0..60).for_each(|_| add(&mut counts, agree(&description, &mut random)));
+        assert!(counts[0] > 60, "{name}: {counts:?}");
+        add(&mut in_all, counts);
     }
+    assert!(in_all.iter().all(|count| *count > 60), "{in_all:?}");
 }
 
 #[test]
 fn described_frames_among_false_starts() {
-    let mut frames = 0;
+    let mut counts = [0; 9];
     for seed in 0..3_000 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         if let Ok(description) = Description::parse("any.toml", &description(&mut random)) {
-            frames += agree(&description, &mut random);
+            add(&mut counts, agree(&description, &mut random));
         }
     }
-    assert!(frames > 2_000, "{frames}");
+    assert!(counts.iter().all(|count| *count > 2_000), "{counts:?}");
 }

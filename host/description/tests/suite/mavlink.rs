@@ -207,3 +207,27 @@ fn every_message_of_the_dialects_has_one_name() {
     let distinct: std::collections::HashSet<&str> = names.iter().map(|(_, name)| *name).collect();
     assert_eq!(distinct.len(), names.len());
 }
+
+/// A sender leaves out zeros, but never the payload's first byte.
+#[test]
+fn a_row_without_values_has_one_byte_of_payload() {
+    let mavlink2 = Description::parse("mavlink2", shipped("mavlink2").unwrap()).unwrap();
+    let view = mavlink2.shown().find(|kind| kind.name == "ATTITUDE");
+    let head: Vec<&str> = view
+        .unwrap()
+        .fields
+        .iter()
+        .filter(|field| field.at < 10 && !field.is_appended)
+        .map(|field| &*field.name)
+        .collect();
+    let given = |name: &str| match name {
+        "kind" => Some("ATTITUDE".into()),
+        "message" => Some(30.into()),
+        _ => head.contains(&name).then(|| 0.into()),
+    };
+    let columns = mavlink2.columns.iter();
+    let row: Vec<_> = columns.map(|column| given(&column.name)).collect();
+    let frame = mavlink2.encode(&row).unwrap();
+    assert_eq!(hex::glued(&frame[..11]), "FD0100000000001E000000");
+    assert_eq!(mavlink2.kind(&frame).unwrap().name, "ATTITUDE");
+}

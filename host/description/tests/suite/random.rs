@@ -1,6 +1,7 @@
 //! Compares the receiver with the reference, for random descriptions, for the shipped descriptions
 //! with random frames, and for the fuzzer's corpus.
 
+use std::cmp::Ordering;
 use std::fs;
 use std::path::Path;
 
@@ -10,13 +11,25 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agreement::{agrees_with_the_reference, is_refused_or_agrees};
-use crate::drawn::{FIELDS, description, frames};
+use crate::drawn::{
+    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, SYNCS, description, frames,
+};
 
 #[test]
 fn shipped_frames_come_out_and_their_values_make_them_again() {
     for (name, text) in SHIPPED {
         let description = Description::parse(name, text).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);
+        // Frames of each kind and view occur.
+        let frames: Vec<Vec<u8>> = (0..20)
+            .flat_map(|_| frames(&description, &mut random))
+            .collect();
+        for (number, shown) in description.shown().enumerate() {
+            let of_it = frames
+                .iter()
+                .filter(|it| description.shown_number(it) == number);
+            assert!(of_it.count() > 3, "{name}: {}", shown.name);
+        }
         let frames: usize = (0..20)
             .map(|_| agrees_with_the_reference(&description, text, &mut random))
             .sum();
@@ -45,12 +58,37 @@ fn shipped_frames_keep_the_laws() {
     }
 }
 
+/// Returns the texts by which the forms of a description are recognised.
+fn forms() -> Vec<String> {
+    let all = |these: &[&str], text: fn(&str) -> String| -> Vec<String> {
+        let these = these.iter().filter(|it| !it.is_empty());
+        these.map(|it| text(it)).collect()
+    };
+    let checksums = CHECKSUMS
+        .iter()
+        .map(|(name, kind, _)| format!("checksum = {{ {name}, type = '{kind}'"));
+    let fields = FIELDS.iter().map(|(_, keys)| format!("\n{keys}\n\n"));
+    [
+        all(SYNCS, |sync| format!("sync = {sync}\n")),
+        all(LENGTHS, |length| format!("length = {length}\n")),
+        all(ENDS, |end| format!("terminator = {end}\n")),
+        all(CONTENTS, str::to_owned),
+        all(LENGTH_TYPES, |kind| {
+            format!("length_field = {{ at = 2, type = {kind}")
+        }),
+        all(COUNTED, |rest| format!("'{rest} }}\nlongest")),
+        all(&["0", "1", "3"], |from| format!(", from = {from} }}")),
+        vec!["' }\nlongest".to_owned(), "shortest = 24".to_owned()],
+        checksums.chain(fields).collect(),
+    ]
+    .concat()
+}
+
 /// For random descriptions, receiver and reference agree, the laws hold, and frames are delivered.
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
-    let (mut right, mut without_sync, mut in_all) = (0, 0, 0);
-    let (mut with_content, mut with_other_ends) = (0, 0);
-    let mut with_field = [0; FIELDS.len()];
+    let (mut right, mut in_all, mut without, mut ends) = (0, 0, [0; 5], [0; 3]);
+    let mut with: Vec<(String, usize)> = forms().into_iter().map(|form| (form, 0)).collect();
     for seed in 0..1200 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let text = description(&mut random);
@@ -58,32 +96,43 @@ fn described_frames_come_out_and_their_values_make_them_again() {
             continue;
         };
         right += 1;
-        for ((_, keys), count) in FIELDS.iter().zip(&mut with_field) {
-            *count += text.matches(&format!("\n{keys}\n")).count();
+        for (form, count) in &mut with {
+            *count += text.matches(&**form).count();
+        }
+        let absent = ["sync", "content", "shortest", "checksum", "[[fields]]"];
+        for (part, count) in absent.iter().zip(&mut without) {
+            *count += usize::from(!text.contains(part));
         }
         let frames = (0..3).map(|_| agrees_with_the_reference(&description, &text, &mut random));
         let frames: usize = frames.sum();
         assert!(frames > 0, "{seed}: {text}");
         in_all += frames;
-        let layout = &description.kinds[0].layout;
-        with_content += usize::from(!layout.content().is_empty());
-        with_other_ends += usize::from(!layout.other_terminators().is_empty());
-        without_sync += usize::from(!text.contains("sync") && text.contains("terminator"));
+        let frames = crate::drawn::frames(&description, &mut random);
+        let kind = &description.kinds[0];
+        for (field, frame) in kind
+            .fields
+            .iter()
+            .flat_map(|field| frames.iter().map(move |frame| (field, frame)))
+        {
+            // Frames end before the field, with it, and after it.
+            if let Some(needs) = kind.shortest_with(field) {
+                ends[match frame.len().cmp(&needs) {
+                    Ordering::Less => 0,
+                    Ordering::Equal => 1,
+                    Ordering::Greater => 2,
+                }] += 1;
+            }
+        }
         if seed % 4 == 0 {
-            let mut beginning: Vec<u8> = crate::drawn::frames(&description, &mut random).concat();
+            let mut beginning: Vec<u8> = frames.concat();
             beginning.truncate(6);
             check_laws(&description.format(), &mut beginning).unwrap();
         }
     }
-    assert!(with_field.iter().all(|count| *count > 5), "{with_field:?}");
-    assert!(
-        with_content > 20 && with_other_ends > 10,
-        "{with_content} {with_other_ends}"
-    );
-    assert!(
-        right > 200 && without_sync > 8 && in_all > 5_000,
-        "{right} {without_sync} {in_all}"
-    );
+    assert!(with.iter().all(|(_, count)| *count > 5), "{with:#?}");
+    assert!(ends.iter().all(|count| *count > 50), "{ends:?}");
+    assert!(without.iter().all(|count| *count > 5), "{without:?}");
+    assert!(right > 200 && in_all > 5_000, "{right} {in_all}");
 }
 
 /// Runs the test of `cargo xtask fuzz description`.

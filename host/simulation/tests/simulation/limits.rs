@@ -139,6 +139,7 @@ fn lines() -> Vec<Parameters> {
 
 #[test]
 fn every_frame_and_every_byte_is_accounted_for() {
+    let mut outcomes = [0; 5];
     for parameters in lines() {
         let length = parameters.frame.length() as u64;
         let tally = simulated(&parameters);
@@ -146,7 +147,26 @@ fn every_frame_and_every_byte_is_accounted_for() {
         assert_eq!(line.frames_sent, 1_800);
         assert_eq!(line.bytes_sent, 1_800 * length);
         assert!(line.frames_intact < line.frames_sent, "{parameters:?}");
+        // Each fault of the line happens. Without losses, there are more bytes if some are duplicated.
+        let more = line.bytes_delivered.saturating_sub(line.bytes_sent);
+        for (rate, count) in [
+            (parameters.lose, line.bytes_lost),
+            (parameters.duplicate, more + line.bytes_lost),
+            (parameters.burst_rate, line.framing_errors),
+            (parameters.break_rate, line.breaks),
+        ] {
+            assert!(rate == 0.0 || count > 0, "{parameters:?}: {line:?}");
+        }
         for receiver in &tally.receivers {
+            let counts = [
+                receiver.wrong_setpoints,
+                receiver.false_frames,
+                receiver.lost_intact,
+                receiver.never_back,
+                receiver.times_back(),
+            ];
+            let counts = outcomes.iter_mut().zip(counts);
+            counts.for_each(|(sum, count)| *sum += count);
             let commits = receiver.delivered + receiver.wrong_setpoints + receiver.false_frames;
             let pending = line.bytes_delivered - length * commits - receiver.bytes_discarded;
             assert!(pending < length * tally.trials, "{parameters:?}");
@@ -164,6 +184,7 @@ fn every_frame_and_every_byte_is_accounted_for() {
             );
         }
     }
+    assert!(outcomes.iter().all(|count| *count > 0), "{outcomes:?}");
 }
 
 /// Framelock's receiver delivers every frame that arrives intact, unless a false frame was

@@ -92,10 +92,10 @@ fn described(state: &Value) -> String {
 
 /// Returns the command line's name of a machine on the page.
 fn policy(machine: &Value) -> &'static str {
-    if !machine["state"].is_null() {
-        "lecture"
-    } else {
+    if machine["state"].is_null() {
         "framelock"
+    } else {
+        "lecture"
     }
 }
 

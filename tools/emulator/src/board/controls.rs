@@ -47,8 +47,8 @@ impl Board {
         self.shared.chip().context.line_pin = pin;
     }
 
-    /// Also wires `pin` to the line, so that UARTE0 receives the bytes that UARTE1 sends there. The wire replaces the
-    /// sender, so the sender should be silent.
+    /// Wires `pin` to the line as well, so that UARTE0 receives the bytes that UARTE1 sends on this pin. UARTE1 then
+    /// takes the place of the sender, so the sender should be silent.
     pub fn wire_loopback(&mut self, pin: u32) {
         self.shared.chip().context.loopback_pin = Some(pin);
     }
@@ -102,8 +102,8 @@ impl Board {
         self.memory.write(address, bytes).ok_or_else(outside)
     }
 
-    /// Replaces the main loop by an endless loop with interrupts enabled, until the next reset. Tests use it
-    /// to check the watchdog. If the core sleeps, this takes effect when an interrupt wakes it.
+    /// Replaces the main loop with an endless loop with interrupts enabled, until the next reset. Tests use it to check
+    /// the watchdog. If the core sleeps, this takes effect when an interrupt wakes it.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`], because the board runs until no handler is active.

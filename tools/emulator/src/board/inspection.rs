@@ -55,7 +55,7 @@ impl Board {
         self.pc
     }
 
-    /// Returns the number of the exception whose handler runs, 0 if none.
+    /// Returns the number of the exception whose handler runs, or 0 if no handler runs.
     #[must_use]
     pub fn exception(&self) -> u16 {
         self.exception
@@ -71,7 +71,7 @@ impl Board {
         self.memory.word(address).ok_or_else(nowhere)
     }
 
-    /// Watches the word at a symbol from now on. Returns its number in [`Trace::changes`].
+    /// Watches the word at a symbol from now on. Returns the number that identifies this watch in [`Trace::changes`].
     ///
     /// # Errors
     /// Returns an error if there is no such symbol.

@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) pause: f64,
 
-    /// Let the chip deviate in one way from the default behaviour. Give an unknown name for a list of the names
+    /// Let the chip deviate in one way from the default behaviour. An unknown name prints the list of all names
     #[arg(long, value_name = "NAME", value_parser = assumption)]
     pub(crate) assume: Option<Assumptions>,
 

@@ -20,7 +20,7 @@ use crate::report::{self, Event};
 const SLICE: u64 = MILLISECOND;
 /// The time to boot before bytes are sent, in cycles.
 const BOOT: u64 = 5 * MILLISECOND;
-/// The largest lag behind real time after which the emulation still catches up.
+/// The largest lag behind real time that the emulation makes up. If it lags further, it stays late.
 const LATE: Duration = Duration::from_millis(20);
 
 /// Emulates until the end or Ctrl-C.

@@ -14,7 +14,7 @@ pub(super) enum Heard {
     Byte { byte: u8, parity_error: bool },
     /// A character without a stop bit.
     FramingError,
-    /// The line was low for longer than a whole character. The framing error was found before.
+    /// The line was low for longer than a whole character. The sampler has already reported the framing error.
     Break,
 }
 

@@ -335,8 +335,19 @@ fn assumptions_come_one_by_one_and_mixed() {
         );
     }
     let mut end_first = 0;
+    // Lines such as `fifo: 5,`.
+    let fields = |assumptions: &Assumptions| {
+        let text = format!("{assumptions:#?}");
+        text.lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let unchanged = fields(&Assumptions::default());
+    let mut changed = vec![0; unchanged.len()];
     for seed in 0..200 {
         let mixed = Assumptions::mixed(seed);
+        for ((field, unchanged), changed) in fields(&mixed).iter().zip(&unchanged).zip(&mut changed)
+        {
+            *changed += u32::from(field != unchanged);
+        }
         assert_eq!(mixed, Assumptions::mixed(seed));
         assert_ne!(mixed, Assumptions::mixed(seed + 1));
         assert!(mixed.dma_lag < 2 * BYTE, "{mixed:?}");
@@ -346,4 +357,9 @@ fn assumptions_come_one_by_one_and_mixed() {
         end_first += u32::from(mixed.ready_lag >= mixed.dma_lag);
     }
     assert!((40..120).contains(&end_first), "{end_first} of 200");
+    for (field, changed) in unchanged.iter().zip(changed) {
+        // The first and the last line are no fields. A mix never has `doubled_when_open`, because it may lose a byte.
+        let is_changed = field.contains(": ") && !field.contains("doubled_when_open");
+        assert_eq!(changed > 20, is_changed, "{field} {changed} of 200");
+    }
 }

@@ -72,7 +72,8 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     assert_eq!(activations.len(), 10);
     for activation in activations {
         assert_eq!(activation.exception, TIMER0_EXCEPTION);
-        // Loads two constants, with two instructions each.
+        // The handler loads two constants, with two instructions each, and has six other
+        // instructions.
         assert_eq!(activation.instructions, 10);
         // Ten instructions, three of them with a data access. Entry takes 12 cycles and return 10,
         // and stacking and unstacking eight words takes 8 more each.

@@ -1,5 +1,5 @@
-//! Boards with firmware of a few instructions. Tests can use the registers themselves while the firmware
-//! sleeps.
+//! Creates boards whose firmware has a few instructions. While the firmware sleeps, tests can access the peripherals'
+//! registers.
 
 use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 
@@ -143,8 +143,8 @@ pub(crate) fn receiving(size: u32) -> Board {
     receiving_at(BAUD_1M, 1_000_000_000, size)
 }
 
-/// Like [`receiving`], with other rates: BAUDRATE for the receiver, thousandths of a baud for the
-/// sender.
+/// Like [`receiving`], with other rates. `register` is the receiver's BAUDRATE, and `millibaud` the sender's rate in
+/// thousandths of a baud.
 pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     let mut board = asleep();
     board.line(|line| line.set_millibaud(millibaud));

@@ -10,7 +10,7 @@ fn elf(code: &[u8]) -> Vec<u8> {
     let size = u32::try_from(code.len()).unwrap();
     let mut elf = b"\x7FELF\x01\x01\x01".to_vec();
     elf.resize(16, 0);
-    // Executable, Arm, version 1, entry, program headers after this header, no sections.
+    // The fields are: executable, Arm, version 1, the entry, program headers after this header, no sections.
     elf.extend([2, 0, 40, 0]);
     for word in [1, 0x101, 52, 0, 0x0500_0000] {
         elf.extend(u32::to_le_bytes(word));

@@ -125,7 +125,8 @@ fn a_counter_counts_tasks_not_time() {
     assert_eq!(count(&mut board, TIMER1), 2);
 }
 
-/// The firmware counts bytes like this: RXDRDY advances TIMER1, and the fork restarts TIMER2.
+/// Some drivers count bytes like this: RXDRDY advances TIMER1. In this test, the fork also clears
+/// TIMER2.
 #[test]
 fn an_event_triggers_a_task_and_its_fork() {
     let mut board = receiving(8);

@@ -174,7 +174,7 @@ pub(crate) enum Type {
 }
 
 impl Type {
-    /// Returns the size in memory in bytes, including padding. A pointer has eight bytes and no
+    /// Returns the size in memory in bytes, including padding. A pointer has eight bytes, and no
     /// alignment exceeds 16, as on every 64-bit machine that Rust's tools run on.
     pub(crate) fn size(&self) -> u64 {
         match self {

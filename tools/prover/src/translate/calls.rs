@@ -71,8 +71,7 @@ impl FunctionWriter<'_, '_> {
         Ok(message(&call, given, self.module()))
     }
 
-    /// Writes a call of a function that the stand-in declares, or of a C function that compares
-    /// bytes.
+    /// Writes a call of a function that the stand-in declares, or of a C function: `memcmp`, `bcmp` or `c_…`.
     fn stand_in(&mut self, call: &Call, to: &str) -> Result<()> {
         match (call.function, call.arguments.as_slice()) {
             ("input", _) => {
@@ -81,7 +80,7 @@ impl FunctionWriter<'_, '_> {
             }
             ("assume", [condition]) => self.line(&format!("__CPROVER_assume({});", condition.text)),
             ("cover", [condition]) => {
-                // Each cover has a surrounding function of its own.
+                // Each cover is called by a function of its own, whose name identifies the cover.
                 let (hit, place) = (&condition.text, readable(self.symbol));
                 self.line(&format!("__CPROVER_assert(!{hit}, \"{COVER}{place}\");"))
             }
@@ -92,7 +91,7 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // The result is the order of the first pair of bytes that differ.
+                // The first two bytes that differ decide between -1 and 1. If no bytes differ, the result is 0.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);

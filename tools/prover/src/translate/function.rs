@@ -10,7 +10,7 @@ use super::order::{Item, Order, order};
 use super::writer::{FunctionWriter, Operand};
 use crate::llvm::{Block, Cursor, Token, Type};
 
-/// A value that depends on the block from which the jump came.
+/// A phi of LLVM: a value that depends on the block from which the jump came.
 struct Phi<'a> {
     to: &'a str,
     of: Type,
@@ -176,8 +176,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&jump)
     }
 
-    /// Writes a branch. A branch to a block that only panics becomes an assertion. Otherwise CBMC would
-    /// follow another path for each branch that may panic.
+    /// Writes a branch. A branch to a block that only panics becomes an assertion. Otherwise CBMC would follow an
+    /// additional path for each branch that may panic.
     fn branch(
         &mut self,
         condition: &str,
@@ -218,7 +218,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.panic_message(&call.tokens, &given).map(Some)
     }
 
-    /// Stores the values that the block `to` takes from this block, and then jumps to it.
+    /// Returns C code that jumps to the block `to`. Before the jump, the code stores the values that this block takes
+    /// from the block `from`.
     fn jump(&mut self, from: usize, to: &str, graph: &Graph) -> Result<String> {
         let (target, block) = graph.block(to)?;
         let mut text = String::new();

@@ -1,5 +1,5 @@
-//! Writes a harness and every function that it reaches as one C program for CBMC, with a C statement for each of
-//! LLVM's. A statement that is not modelled is an error. No statement is ever left out.
+//! Writes a harness and every function that it reaches as one C program for CBMC, with a C statement for each LLVM
+//! statement. A statement that is not modelled is an error. Only statements that do not affect the result are left out.
 
 mod calls;
 mod function;
@@ -149,7 +149,7 @@ impl Program<'_> {
         let mut text =
             format!("{PRELUDE}\ntypedef unsigned char *pointer; pointer nondet_pointer(void);\n");
         for bits in &self.integers {
-            // Use plain C integers if they exist, because CBMC handles arrays of bytes best.
+            // Use C's own integer types where they exist, because CBMC handles arrays of `char` best.
             let of = match bits {
                 8 => "char".to_owned(),
                 16 => "short".to_owned(),
@@ -217,7 +217,8 @@ impl Program<'_> {
         }
     }
 
-    /// Returns the fields of a structure with this constant's bytes and addresses, and their values.
+    /// Returns the fields of a C structure for this constant, and the values of these fields. The fields are bytes and
+    /// addresses.
     fn parts(&self, constant: &Constant) -> Result<(String, String)> {
         let (mut fields, mut values) = (String::new(), String::new());
         let mut from = 0;

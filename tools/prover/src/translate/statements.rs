@@ -1,4 +1,4 @@
-//! Writes a C statement for each of LLVM's. `llvm.h` contains the integer operations.
+//! Writes a C statement for each LLVM statement. `llvm.h` contains the integer operations.
 
 use std::fmt::Write as _;
 

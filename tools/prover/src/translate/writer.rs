@@ -21,7 +21,7 @@ pub(super) struct FunctionWriter<'p, 'm> {
 /// An operand of an operation.
 pub(super) struct Operand<'a> {
     pub(super) of: Type,
-    /// The operand's first token, which is the whole operand unless it is a structure.
+    /// The operand's first token. A name or a number has no other token.
     pub(super) token: &'a Token,
     /// The C expression.
     pub(super) text: String,

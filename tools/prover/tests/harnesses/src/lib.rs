@@ -1,5 +1,5 @@
-//! Harnesses that test the prover. Each harness in `fails` has one fault, which the prover must find, so that a prover
-//! that calls everything proved does not pass the tests. The harnesses in `holds` have no fault.
+//! Harnesses that test the prover. Each harness in `fails` has one fault, which the prover must find. So a prover that
+//! accepts every harness does not pass the tests. The harnesses in `holds` have no fault.
 #![no_std]
 #![cfg_attr(
     kani,

@@ -1,4 +1,4 @@
-//! Harnesses that are faulty for the offline prover but not for Kani.
+//! Harnesses whose expected outcomes apply to the offline prover, but not to Kani.
 
 #[repr(u8)]
 #[allow(dead_code, reason = "its values are made from numbers")]

@@ -1,0 +1,89 @@
+//! Tests the receiver of frames of any length with streams in which a false start comes before two frames.
+
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format, LineEvent};
+
+/// `'#' length payload`, where the last byte must be a letter.
+#[derive(Clone, Copy)]
+pub(crate) struct Short;
+
+impl Format for Short {
+    const LONGEST: usize = 9;
+    type Message<'a> = &'a [u8];
+
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        let whole = match *bytes {
+            [b'#'] => 2,
+            [b'#', length, ..] if length > 7 => {
+                return Classification::Rejected(DiscardReason::TooLong);
+            }
+            [b'#', length, ..] => 2 + usize::from(length),
+            _ => return Classification::Rejected(DiscardReason::NoSync),
+        };
+        match bytes.get(whole - 1) {
+            None => Classification::Incomplete { at_least: whole },
+            Some(last) if last & 0x40 != 0 => Classification::Frame(whole),
+            Some(_) => Classification::Rejected(DiscardReason::WrongTerminator),
+        }
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        &frame[2..]
+    }
+}
+
+/// A false start that claims six bytes, and two frames.
+const STREAM: &[u8] = b"#\x04#\x01a#\x06bcdefg";
+
+/// The buffer must move its bytes to its front while the second frame is received, unless it is long. The frame is
+/// delivered with its last byte.
+#[test]
+fn frames_after_a_false_start_are_delivered_from_buffers_of_any_size() {
+    fn check<const N: usize>() {
+        let mut receiver = BufferedReceiver::<_, [u8; N]>::new(Short);
+        let mut frames = Vec::new();
+        for (place, byte) in STREAM.iter().enumerate() {
+            let frame = receiver.push(*byte);
+            frames.extend(frame.map(|frame| (place, frame.message().to_vec())));
+        }
+        let expected = [(6, b"a".to_vec()), (12, b"bcdefg".to_vec())];
+        assert_eq!(frames, expected, "{N}");
+        assert_eq!(receiver.pending(), 0);
+    }
+    check::<9>();
+    check::<10>();
+    check::<12>();
+    check::<18>();
+}
+
+#[test]
+fn slices_that_are_cut_anywhere_lose_nothing() {
+    for cut in 0..=STREAM.len() {
+        let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);
+        let (mut frames, mut discarded) = (Vec::new(), 0);
+        for slice in [&STREAM[..cut], &STREAM[cut..]] {
+            receiver.feed(slice, |found| match found.message() {
+                Some(frame) => frames.push(frame.message().to_vec()),
+                None => discarded += found.bytes(),
+            });
+        }
+        assert_eq!(frames, [&b"a"[..], b"bcdefg"], "{cut}");
+        assert_eq!((discarded, receiver.pending()), (2, 0), "{cut}");
+    }
+}
+
+/// The false start still waits for bytes. The line event drops it, and delivers the frame after it.
+#[test]
+fn a_line_event_delivers_the_frame_after_a_false_start() {
+    let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);
+    receiver.feed(&STREAM[..5], |_| panic!("nothing is decided yet"));
+    assert_eq!(receiver.pending(), 5);
+    let mut found = Vec::new();
+    receiver.line_event(LineEvent::Idle, |one| {
+        found.push((
+            one.bytes(),
+            one.message().map(|frame| frame.message().to_vec()),
+        ));
+    });
+    assert_eq!(found, [(1, None), (1, None), (3, Some(b"a".to_vec()))]);
+    assert_eq!(receiver.pending(), 0);
+}
