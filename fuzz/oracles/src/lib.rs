@@ -77,10 +77,9 @@ pub const TARGETS: [(&str, Target); 6] = [
         all.for_each(|counters| occurred.count_all(&counters));
     }),
     ("formats", |bytes, occurred| {
-        let counters = structured(bytes, formats);
-        counters
-            .iter()
-            .for_each(|counters| occurred.count_all(counters));
+        if let Some(counters) = structured(bytes, formats) {
+            occurred.count_all(&counters);
+        }
     }),
 ];
 

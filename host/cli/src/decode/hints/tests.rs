@@ -250,6 +250,10 @@ fn streams_of_shipped_frames_get_no_hint_even_with_some_noise() {
         let protocol = Protocol::named(name).unwrap();
         let frames = random_frames(&protocol, &mut random);
         assert!(frames.len() >= 100, "{name}: {}", frames.len());
+        for number in 0..protocol.description.kinds.len() {
+            let is_it = |frame: &Vec<u8>| protocol.description.number(frame) == number;
+            assert!(frames.iter().any(is_it), "{name}: {number}");
+        }
         for is_noisy in [false, true, true, true] {
             let stream = joined(&frames, is_noisy, &mut random);
             let (hint, in_frames) = hint(name, &stream);
