@@ -108,7 +108,7 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> St
     };
     let mut stdin = running.stdin.take().unwrap();
     let output = thread::scope(|scope| {
-        // A program that fails may not read all of its input.
+        // A program that fails can exit before it has read all of its input. Ignore the error of this write.
         scope.spawn(move || stdin.write_all(input).is_ok());
         running.wait_with_output().unwrap()
     });

@@ -15,7 +15,7 @@ struct Outcome {
     finished: u32,
     /// The fewest and most bytes that waited, and the cycles until the slowest byte was stored.
     waiting: [u32; 3],
-    /// The bad stop bits that ERRORSRC showed in time, and the bad bytes that were stored.
+    /// How many bad stop bits ERRORSRC showed before the next byte was stored, and how many bad bytes were stored.
     bad_stop_bits: [u32; 2],
     /// The overruns that ERRORSRC showed, the bytes that waited, and how often the oldest byte was
     /// lost.

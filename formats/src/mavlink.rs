@@ -105,8 +105,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
-/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. Like [`Mavlink2`], the value
-/// contains the known messages.
+/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. A value of this type
+/// contains the known messages, like one of [`Mavlink2`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 

@@ -49,8 +49,8 @@
 //! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place, it
 //! continues when more bytes follow the frame, or at a line event.
 //!
-//! **13e: latency.** The decision about a frame of `n` bytes comes at most `LONGEST - n` bytes after the frame's last
-//! byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n` bytes of
+//! **13e: latency.** Let `n` be the length of a frame. The decision about it comes within `LONGEST - n` bytes after its
+//! last byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n` bytes of
 //! the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower,
 //! `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. The reason is that while
 //! such a frame is undecided, the reference has stopped at an earlier place, whose byte is pending, too. Streams exist

@@ -9,9 +9,10 @@
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX counts as
 //!   lost if it has not come although its byte has lain in memory from one tick to the next, or although the FIFO
 //!   has overrun.
-//! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and either hands it
-//!   on, or drops it after a report. The round reports each gap once. It leaves a transfer open, unless an ENDRX is
-//!   late or lost. It clears ENDRX and ERROR.
+//! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
+//!   or drops it. If the round drops the byte, an event has been reported since a byte was last handed on, at the latest
+//!   by this round. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or lost. It
+//!   clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
 //!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no
 //!   further byte arrives, these are at most the byte in memory and the bytes in the FIFO. If rounds are late and bytes

@@ -88,7 +88,7 @@ impl LengthField {
         }
     }
 
-    /// Returns a number of one byte that counts all bytes of a frame.
+    /// Returns a one-byte number that counts all bytes of a frame.
     #[inline]
     #[must_use]
     pub const fn byte(at: usize) -> Self {

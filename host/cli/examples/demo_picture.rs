@@ -61,7 +61,7 @@ const fn class(color: Color) -> &'static str {
     }
 }
 
-/// The first drawing that contains a cell, and the first drawing after it that does not.
+/// The drawings in which a cell keeps the same content: the index of the first one, and the index after the last one.
 type Seen = (usize, usize);
 
 /// The content of a group: its bars and its texts. `texts` maps a row and its CSS classes to columns and the symbols in

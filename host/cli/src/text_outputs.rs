@@ -26,8 +26,8 @@ impl TextOutputs {
         all.collect()
     }
 
-    /// Returns the texts that `decode` and `trace` write for the stream, and the errors of reading it as hex and as
-    /// rows of values.
+    /// Returns the texts that `decode` and `trace` write for the stream, and the error messages that appear if the
+    /// stream is read as hex or as rows of values.
     ///
     /// # Errors
     /// Returns an error if a text cannot be written.

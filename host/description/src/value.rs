@@ -38,8 +38,8 @@ impl Value<'_> {
     #[inline(never)]
     fn append_rarer(&self, row: &mut Vec<u8>) {
         match self {
-            // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. As a 64-bit number, 0.1 would have
-            // seventeen digits.
+            // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. After a conversion to 64 bits, 0.1 would
+            // be written as 0.10000000149011612.
             Self::Float(number) => {
                 let _ = write!(row, "{number:?}");
             }

@@ -87,8 +87,8 @@ mod tests {
         let theory = unnoticed(flip);
         // Errors of five bits and more cause the difference.
         assert!(rare < theory && theory < 1.02 * rare, "{rare} {theory}");
-        // If each bit is inverted with probability 1/2, one in 256 errors goes unnoticed, and 256
-        // of the unnoticed errors are harmless.
+        // If each bit is inverted with probability 1/2, all 2^40 patterns of inverted bits are equally probable. The
+        // checksum does not notice one in 256 patterns. Of these patterns, 256 leave the setpoint unchanged.
         let expected = 1.0 / 256.0 - 256.0 * 0.5_f64.powi(40);
         assert!((unnoticed(0.5) / expected - 1.0).abs() < 1e-9);
     }

@@ -6,11 +6,11 @@
 //! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has four parts:
 //!
 //! * Long division is exact, by induction over the bits of the quotient, the highest first ([`division_is_exact`]). The
-//!   division starts with no units counted and no bits known. When the bits from `bit` on are known, the invariant has
-//!   two parts. First, the ticks for the counted units and the ticks left add up to the time. Second, the ticks left do
-//!   not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1, the quotient is the largest distance
-//!   that an axis can move. So at the end the division has counted every unit for which the time suffices, and has lost
-//!   no tick.
+//!   division starts with no units counted and no bits known. Each step makes one more bit known. Let `bit` be the
+//!   lowest known bit. The invariant has two parts. First, the ticks for the counted units and the ticks left add up to
+//!   the time. Second, the ticks left do not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1,
+//!   the quotient is the largest distance that an axis can move. So at the end the division has counted every unit for
+//!   which the time suffices, and has lost no tick.
 //! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). One harness
 //!   checks the division and the move together, for times shorter than two units take ([`axis_moves_at_its_rate`]).
 //! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).

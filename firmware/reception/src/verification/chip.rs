@@ -39,8 +39,8 @@ pub(super) struct Chip {
     pub(super) error: bool,
     /// Whether an overrun of the FIFO is among the causes.
     pub(super) overran: bool,
-    /// The timer. Its values 0 to 4 stand for less than `NONE_WAITS`, at least `NONE_WAITS`, at least `GAP`, more than
-    /// `GAP`, and at least twice `GAP`.
+    /// The timer. 0: less than `NONE_WAITS`. 1: at least `NONE_WAITS`, but less than `GAP`. 2 and 3: at least `GAP`, but
+    /// less than twice `GAP`. 4: at least twice `GAP`.
     pub(super) time: u8,
     /// `stopping`: whether STOPRX was given and no transfer started since. `timeout`: whether RXTO has come, even if
     /// the receiver has not stopped.

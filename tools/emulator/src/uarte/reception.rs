@@ -1,8 +1,9 @@
 //! UARTE0's receiver.
 //!
 //! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
-//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled. Its registers are
-//! rejected, except PSEL of unused pins.
+//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled. An
+//! access to its registers stops the emulation, except to PSEL, and to the events ENDTX and TXSTARTED, which drivers
+//! clear.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
