@@ -326,7 +326,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// If all pending bytes came from the slice, forgets them, and returns the slice from the first of them on.
+    /// If all pending bytes came from the slice, forgets them, and returns the slice from the first pending byte on.
     /// Otherwise returns `rest`, which is the part of the slice that the caller has not taken yet.
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
@@ -412,7 +412,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Decides about the first pending bytes. Returns whether a decision was possible.
     fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
-        // Skip frames here. The `match` below reports them together with their bytes.
+        // Skip a frame here. The `match` below reports it together with its bytes.
         let discarded = |one| match one {
             Found::Frame { .. } => {}
             Found::Discarded { count, why } => found(Found::discarded(count, why)),

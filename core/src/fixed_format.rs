@@ -243,8 +243,8 @@ impl<F: FrameBytes> Shape<F> {
         (place < known).then(|| self.reason_after_first(place))
     }
 
-    /// Returns the reason to reject a frame whose first wrong byte is at `place`, counted from 0. The first byte of the
-    /// sync, if there is one, must be right.
+    /// Returns the reason to reject a frame whose first wrong byte is at `place`, counted from 0. If the frame has a
+    /// sync, the caller must already know that the first sync byte is right.
     #[inline]
     pub(crate) const fn reason_after_first(&self, place: usize) -> DiscardReason {
         if place < self.sync {
@@ -254,8 +254,8 @@ impl<F: FrameBytes> Shape<F> {
         }
     }
 
-    /// Returns the first position at which `frame` differs from its fixed byte, counted from 0, or `None` if all fixed
-    /// bytes agree. Use this function only in tests, because it examines the frame byte by byte.
+    /// Returns the first position, counted from 0, at which `frame` differs from the shape's fixed byte, or `None` if
+    /// all fixed bytes agree. Use this function only in tests, because it examines the frame byte by byte.
     #[must_use]
     pub fn wrong_place(&self, frame: F) -> Option<usize> {
         let bytes = frame.as_ref().iter();

@@ -10,7 +10,7 @@ use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};
 use crate::{DiscardReason, Found, LineEvent, Parser};
 
-/// The byte that the machine waits for. The lecture's own names are A, B, 1, 2, 3, 4 and CR.
+/// The byte that the machine waits for. The lecture calls these states A, B, 1, 2, 3, 4 and CR.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

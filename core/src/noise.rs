@@ -18,7 +18,7 @@ pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) ->
 /// Counts the leading bytes that cannot start a frame.
 #[inline]
 pub(crate) fn run_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
-    // Usually the next frame follows immediately. Then the search examines only one byte.
+    // Usually the first byte starts the next frame, so the search examines only this byte.
     if bytes.first().is_some_and(|&byte| starts(byte)) {
         return 0;
     }

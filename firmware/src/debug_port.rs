@@ -1,7 +1,7 @@
 //! The debug port and the reset button, neither of which works on an erased chip.
 //!
 //! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT already contains
-//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash. Each of its words can be
+//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash. Each word of UICR can be
 //! written once, and takes effect at the next reset. Only erasing the whole chip erases UICR.
 
 use cortex_m::peripheral::SCB;

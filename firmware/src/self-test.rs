@@ -77,7 +77,7 @@ fn main() -> ! {
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // If this program was flashed over the firmware, the firmware's watchdog still runs. Wait here until the watchdog
-    // resets the chip. Otherwise it would do so during a later test.
+    // resets the chip. Otherwise it would reset the chip during a later test.
     while chip.WDT.runstatus.read().bits() != 0 {}
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -98,7 +98,7 @@ fn main() -> ! {
         waiting_bytes(&receiver, &sender, SENT);
         bad_stop_bits(&receiver, &sender, SENT);
         overruns(&receiver, &sender, SENT);
-        // The frame's third byte is 0.
+        // The frame's third byte, which is 0.
         let zero = SENT.split_at(2).1.split_at(1).0;
         long_break(&receiver, &sender, zero);
         clearing(&receiver, &sender, zero);

@@ -18,8 +18,8 @@ fn a_second_of_breaks_starves_nobody() {
 }
 
 /// Sends a second of these symbols at each offered rate, on a core that is half as fast as the model. Asserts that
-/// there is no reset, the failsafe advances in time, and a fifth of the processor's time is left. Afterwards, frames
-/// must be received again.
+/// there is no reset, the failsafe moves the outputs at the usual times, and a fifth of the processor's time is left.
+/// Afterwards, frames must be received again.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in RATES {
         let (baud, _) = rate;

@@ -117,7 +117,7 @@ fn bytes_around_an_overrun_are_no_frame() {
             board.send(b"AB\0de");
             let lost = board.send(&[b'.'; 70]);
             board.hold_off(board.now(), lost - board.now());
-            // 2.6 ms: all kept bytes are parsed, and the line is not idle.
+            // 2.6 ms: long enough to parse all kept bytes, too short to count as an idle line.
             board.send_symbols(&[LineSymbol::Idle(300)]);
             board.send(b"f\r");
         },

@@ -157,7 +157,7 @@ fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
     }
 }
 
-/// A doubled ENDRX changes nothing unless the next transfer is just being opened.
+/// A doubled ENDRX changes nothing if the second one comes before the next transfer is opened.
 #[test]
 fn a_doubled_endrx_costs_nothing() {
     for lag in 0..80 {
@@ -265,7 +265,7 @@ fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
 /// No ENDRX was lost, so the UARTE must not be restarted.
 #[test]
 fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
-    // The lag of STARTRX in cycles. Both values are less than `NONE_WAITS`.
+    // The number of cycles by which STARTRX takes effect late. Both numbers are less than `NONE_WAITS`.
     for lag in [0, 1_000] {
         for before in [0, 1] {
             let sent = || {

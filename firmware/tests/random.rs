@@ -38,7 +38,7 @@ enum Step {
     BadStop(u8),
     /// A low level for this number of bits, more than a byte has.
     Break(u32),
-    /// A delay of all handlers from now on, in thousandths of the longest harmless delay.
+    /// A delay of all handlers, which begins with this step, in thousandths of the longest harmless delay.
     HoldOff(u64),
 }
 
@@ -88,7 +88,8 @@ fn whatever_happens_it_does_as_the_reference() {
     });
 }
 
-/// Checks the same under random mixes of assumptions. Within half a second, the firmware receives a frame again.
+/// Checks the same properties under random mixes of assumptions about the chip. Within half a second, the firmware
+/// receives a frame again.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
     for_seeds(MIXES, |seed, occurred| {
@@ -105,7 +106,7 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
     let wanted = variable("FRAMELOCK_RANDOM_RUNS").unwrap_or(runs);
     let mut occurred = FORMS.map(|form| (form, 0)).into();
     (first..first + wanted).for_each(|seed| run(seed, &mut occurred));
-    // A few runs, which repeat a failure, need not have every form.
+    // If fewer runs than usual were requested, to repeat a failure, some forms may be missing.
     assert!(
         wanted < runs || occurred.values().all(|times| *times > 5),
         "{occurred:?}"
@@ -115,8 +116,8 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
 /// The number of times that each form of a run occurred.
 type Occurred = BTreeMap<&'static str, usize>;
 
-/// The forms of runs: the steps that were sent, the commits of each image that were compared with the reference, and
-/// the runs in which bytes were lost.
+/// The forms of runs. The first six are kinds of steps. The next three are images, and their counts are the commits
+/// that were compared with the reference. The last one counts the runs in which bytes were lost.
 const FORMS: [&str; 10] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "megabaud", "default", "lecture",
     "loss",

@@ -104,7 +104,7 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         assert_eq!(outcome.clearing, [12, 8, 0]);
         assert_eq!(outcome.second_start, [0, 2 * TIMES]);
         let [open, ended, without] = outcome.stopping;
-        // 3200 cycles are five bytes.
+        // 3200 cycles are the duration of five bytes at 1 Mbaud.
         assert!(open.abs_diff(3_200) < 100 && ended.abs_diff(3_200) < 100);
         assert_eq!(without, 0);
         let [with, without] = outcome.cycles;

@@ -383,8 +383,9 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
     }
 }
 
-/// Each pushed byte is counted or pending. After a line event no byte is pending. In this harness the counters start at
-/// 0. [`each_report_is_counted`] checks the same counting code with counters that start anywhere, so that they can wrap.
+/// Each pushed byte is counted or pending. After a line event no byte is pending. In this harness all counters start at
+/// zero. [`each_report_is_counted`] checks the same counting code with counters that start anywhere, so that they can
+/// wrap.
 #[kani::proof]
 #[kani::unwind(3)]
 fn pushed_bytes_of_any_length_are_counted() {

@@ -4,9 +4,9 @@
 //!
 //! * **framelock**: if a frame is at a position, the reference delivers it and continues after it. Otherwise it drops
 //!   one byte. So the reference delivers the leftmost non-overlapping matches of the byte regex `(?s-u)AB.{4}\r`.
-//! * **lecture**: the same, but if there is no frame, the reference drops all bytes up to and including the first wrong
-//!   one: one byte if the first is not `'A'`, two if the second is not `'B'`, seven if the last is not CR. The format
-//!   [`Lecture`] defines this.
+//! * **lecture**: as for framelock, but if there is no frame, the reference drops all bytes up to and including the
+//!   first wrong one: one byte if the first is not `'A'`, two if the second is not `'B'`, seven if the last is not CR.
+//!   The format [`Lecture`] defines this.
 //!
 //! The loops visit every index in order and never jump, so that a model checker can follow them.
 

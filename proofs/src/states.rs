@@ -118,8 +118,8 @@ pub(crate) fn setpoint_of<const N: usize>(frame: [u8; N]) -> Setpoint {
     [frame[3], frame[4], frame[5]].into()
 }
 
-/// Pushes a frame. Returns how many frames were delivered before its last byte, and the setpoint
-/// delivered with its last byte.
+/// Pushes a frame. Returns how many frames were delivered before the pushed frame's last byte, and
+/// the setpoint delivered with this byte.
 pub(crate) fn receive<P: OfSetpoints, const N: usize>(
     parser: &mut P,
     frame: [u8; N],

@@ -18,7 +18,7 @@ impl Answer {
         let Setpoint { pitch, roll, yaw } = setpoint;
         let value = u32::from_le_bytes([pitch, roll, yaw, 0]);
         self.count += 1;
-        // Without the product, exchanging the setpoints of two frames would not change the sum.
+        // Multiply by the index, so that exchanging the setpoints of two frames changes the sum.
         let product = u64::from(value).wrapping_mul(index as u64);
         self.checksum = self.checksum.wrapping_add(product);
     }

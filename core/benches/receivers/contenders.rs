@@ -160,7 +160,7 @@ pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
     encoded
 }
 
-/// Yardstick: decodes the same payloads from COBS, a framing that is designed for easy decoding.
+/// Yardstick: decodes the frames' payloads from COBS messages. COBS is a framing that is designed for easy decoding.
 /// Each message counts as a frame of seven bytes, so that the throughputs are comparable.
 pub(crate) fn cobs_decode(encoded: &[u8]) -> Answer {
     let mut answer = Answer::default();

@@ -24,7 +24,7 @@ pub(crate) fn clean_frames() -> Input {
     }
 }
 
-/// Returns the stream of a perfect line after each byte was lost with probability 1/100.
+/// Returns the stream of a line that loses each byte with probability 1/100.
 pub(crate) fn frames_with_losses() -> Input {
     let mut random = Random(0x1055);
     let mut bytes = frames::<Bin>();

@@ -35,9 +35,9 @@
 //! few bytes. For more bytes there is only the argument here, which is not machine-checked.
 //!
 //! **13b: any format, even one that breaks the laws.** Nothing panics. Every call ends. After each call fewer than
-//! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the invariant,
-//! except the invariant's statement about the format ([`lawless`]). Each iteration of each loop decides about at least
-//! one byte, or ends the loop.
+//! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the part of the
+//! invariant that does not concern the format's answers ([`lawless`]). Each iteration of each loop decides about at
+//! least one byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
 //! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of
@@ -188,7 +188,7 @@ impl<const L: usize> Format for Any<'_, L> {
                 || row.settled_at == 1
                     && row.settled == Classification::Rejected(DiscardReason::NoSync),
         );
-        // Law 5: the bytes seen before were incomplete.
+        // Law 5 demands that the first `seen` bytes are incomplete.
         assert!(seen < row.settled_at);
         row.classify(bytes.len())
     }

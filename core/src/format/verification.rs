@@ -81,7 +81,7 @@ pub fn any_up_to(most: usize) -> usize {
 /// Returns any classification, lawful or not.
 pub fn any_verdict() -> Classification {
     let number: u8 = kani::any();
-    // The largest byte stands for all numbers that are far too large.
+    // Byte 255 becomes the largest `usize`, which stands for all numbers that are far too large.
     let number = if number == u8::MAX {
         usize::MAX
     } else {

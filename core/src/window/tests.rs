@@ -56,7 +56,8 @@ fn check(frame: &[u8]) -> bool {
     frame.iter().map(|&byte| u32::from(byte)).sum::<u32>() % 5 != 1
 }
 
-/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are one or the other.
+/// Returns `None` if the bytes begin with a frame, or are the start of one. Otherwise returns the reason why no frame
+/// begins with them.
 fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<DiscardReason> {
     let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
     let sync = places.iter().take_while(|place| place.is_some()).count();
@@ -159,7 +160,8 @@ where
 /// For each length of a frame, the number of times that each outcome occurred.
 static OCCURRED: Mutex<[[usize; 6]; 17]> = Mutex::new([[0; 6]; 17]);
 
-/// Shapes of each length have frames, bytes that are discarded for each reason, and pending bytes.
+/// Checks that every possible outcome occurs for every length of a frame: frames, bytes discarded for each reason, and
+/// pending bytes.
 #[test]
 fn any_format_cut_anywhere() {
     any_format();
@@ -219,7 +221,7 @@ proptest! {
     }
 }
 
-/// Bytes between frames are skipped several at a time.
+/// `feed` skips the bytes between two frames several at a time.
 #[test]
 fn noise_is_passed_over_in_runs() {
     let mut bytes = [0x55; 1_000];

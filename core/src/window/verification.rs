@@ -19,7 +19,7 @@
 //! can begin with the remaining bytes. The first wrong position of the frame that would begin with a byte decides the
 //! reason for discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that
 //! `push` delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change
-//! a reason ([`reasons`]). And if bytes agree with the shape, they also agreed before the last of them came.
+//! a reason ([`reasons`]). So if some bytes can begin a frame, each shorter beginning of these bytes can, too.
 //!
 //! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
 //! as pushing these bytes one by one. By induction over the iterations, the same is true of `feed`.
@@ -166,8 +166,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. A window that
-/// holds only the pending bytes agrees with one that holds more bytes.
+/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. If a window also
+/// holds bytes that are not pending, the same bytes are pending as in a window that holds only the pending ones.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -310,8 +310,8 @@ where
     kani::cover!(from_first.pending(&shape) == N - 1, "the next start");
 }
 
-/// A word read from a slice has the first bytes of the slice in its highest bytes, and `from_word` returns its lowest
-/// bytes.
+/// `load` copies the first bytes of a slice to the highest bytes of a word. `from_word` returns the lowest bytes of a
+/// word.
 #[kani::proof]
 #[kani::unwind(10)]
 fn words_hold_frames() {
@@ -411,8 +411,8 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// Checks the first and the third loop on sixteen streams: eight slices, each with one byte held before it and with
-/// none.
+/// Checks the first and the third loop on sixteen streams: each of eight slices is fed to a window that holds one byte,
+/// and to a window that holds none.
 #[kani::proof]
 #[kani::unwind(18)]
 fn short_slice_is_pushed() {

@@ -34,8 +34,8 @@ impl Format for Short {
 /// A false start that claims six bytes, and two frames.
 const STREAM: &[u8] = b"#\x04#\x01a#\x06bcdefg";
 
-/// The buffer must move its bytes to its front while the second frame is received, unless it is long. The frame is
-/// delivered with its last byte.
+/// Unless the buffer is long, the pending bytes move to the buffer's front while the second frame is received. The
+/// second frame is delivered with its last byte.
 #[test]
 fn frames_after_a_false_start_are_delivered_from_buffers_of_any_size() {
     fn check<const N: usize>() {

@@ -50,7 +50,7 @@ fn pieces() -> Uart {
     ])
 }
 
-/// Polls the future once. That is enough, because this UART never waits.
+/// Polls the future once, which is enough because this UART never waits.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,

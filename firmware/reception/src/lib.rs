@@ -36,9 +36,9 @@
 //!
 //! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. The UARTE's receiver must be stopped before it
 //! is switched off, so the reception triggers STOPRX, and RXTO follows five byte times later. No handler has to wait
-//! for RXTO, because RXTO causes an interrupt. If RXTO is lost, the first round after twice `GAP` ends the wait. If
-//! RXTO comes too early, the UARTE is switched off while its receiver still runs. Bytes that arrive while the reception
-//! is stopping are lost, but the loss has already been reported.
+//! for RXTO, because RXTO causes an interrupt. If RXTO is lost, the wait ends in the first round that finds twice the
+//! time `GAP` elapsed since STOPRX. If RXTO comes too early, the UARTE is switched off while its receiver still runs.
+//! Bytes that arrive while the reception is stopping are lost, but the loss has already been reported.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -92,8 +92,9 @@ pub trait Registers {
     fn stopped(&mut self) -> bool;
     /// Switches the UARTE off and on, which empties the FIFO. Then clears ERRORSRC and opens a transfer.
     fn start_anew(&mut self);
-    /// Sets which events cause interrupts. `to_errors` includes ERROR. `to_none_waits` includes the instant at which
-    /// the timer reaches `NONE_WAITS`. From here on ENDRX causes interrupts, and RXTO does not.
+    /// Sets which events cause interrupts. `to_errors` switches the interrupt at ERROR on or off. `to_none_waits` does
+    /// the same for the interrupt at which the timer reaches `NONE_WAITS`. From here on ENDRX causes interrupts, and
+    /// RXTO does not.
     fn listen(&mut self, to_errors: bool, to_none_waits: bool);
     /// Hands on a byte to the receiver.
     fn push(&mut self, byte: u8);
@@ -110,7 +111,7 @@ enum State {
     Stopping,
 }
 
-/// The state since the last byte. It fits into a word, so that one instruction clears it.
+/// The part of the state that is cleared when a byte is read. It fits into a word, so that one instruction clears it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct SinceByte {
     /// Whether the current gap was reported.

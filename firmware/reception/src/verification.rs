@@ -10,17 +10,18 @@
 //!   lost if it has not come although its byte has lain in memory from one tick to the next, or although the FIFO
 //!   has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
-//!   or drops it. If the round drops the byte, an event has been reported since a byte was last handed on, at the latest
-//!   by this round. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or lost. It
-//!   clears ENDRX and ERROR.
+//!   or drops it. If the round drops the byte, an event has been reported since the last byte was handed on, by this
+//!   round or before it. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or lost.
+//!   It clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
 //!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no
 //!   further byte arrives, these are at most the byte in memory and the bytes in the FIFO. If rounds are late and bytes
 //!   follow each other without a pause, there is no such round before the first pause.
-//! * L3. If an ENDRX is lost, the reception reports it and stops the UARTE by the second tick. If the byte looks like
-//!   no byte, the reception does so only when the FIFO has overrun. The UARTE is restarted in the round that RXTO
-//!   requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first round after twice
-//!   `GAP`. From then on L2 holds. If one ENDRX after another is lost, the watchdog is no longer fed.
+//! * L3. If an ENDRX is lost, the reception reports it and stops the UARTE by the second tick. If the byte looks
+//!   like no byte, the reception does so only when the FIFO has overrun. The UARTE is restarted in the round that
+//!   RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first round
+//!   that finds twice the time `GAP` elapsed since the stop. From then on L2 holds. If one ENDRX after another is
+//!   lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
 //!   STARTRX, the spurious byte replaces the stored one, and nothing is reported. From then on the whole theorem holds

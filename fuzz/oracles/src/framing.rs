@@ -142,7 +142,7 @@ where
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
-                    // Poll for remaining frames between slices, but only after odd bytes.
+                    // If the byte is odd, poll for remaining frames before the next slice.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 [first, ..] if first % 2 == 1 => {

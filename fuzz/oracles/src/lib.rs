@@ -40,8 +40,8 @@ pub use terminal::{LINES, is_harmless, terminal};
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::motion::FailsafeError;
 
-/// A fuzz target as a function of the fuzzer's bytes. Counts the outcomes. Counts none if the bytes are too few for an
-/// input.
+/// A fuzz target as a function of the fuzzer's bytes. Counts the outcomes in `Occurred`, but counts nothing if the
+/// bytes are too few for an input.
 pub type Target = fn(&[u8], &mut Occurred);
 
 /// All targets by name, except `terminal` and `description`. These two depend on the command line and on descriptions,

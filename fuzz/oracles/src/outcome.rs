@@ -97,7 +97,7 @@ impl Occurred {
         present.map(|(outcome, _)| *outcome).collect()
     }
 
-    /// Returns the outcomes that were counted, but always zero times, in alphabetical order.
+    /// Returns the outcomes that were passed to [`count`](Self::count) but never occurred, in alphabetical order.
     pub fn missing(&self) -> Vec<&'static str> {
         let missing = self.0.iter().filter(|(_, times)| **times == 0);
         missing.map(|(outcome, _)| *outcome).collect()

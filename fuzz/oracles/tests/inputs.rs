@@ -18,7 +18,7 @@ fn corpus() -> PathBuf {
 fn impossible(target: &str) -> &'static [&'static str] {
     match target {
         "parser" => &["bad header", "too long", "unknown message"],
-        // A driver reports an idle gap, or an error, which becomes an overrun.
+        // The only line event that this target reports to the reader is an overrun.
         "reader" => &[
             "bad header",
             "break",
@@ -28,7 +28,7 @@ fn impossible(target: &str) -> &'static [&'static str] {
             "too long",
             "unknown message",
         ],
-        // All line events are idle gaps.
+        // The only line events of this target are idle gaps.
         "formats" => &["break", "framing error", "overrun", "parity error"],
         _ => &[],
     }
@@ -54,7 +54,8 @@ fn corpora() {
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
-/// Random bytes, or a BIN-CRC8 frame with a wrong checksum as a step of a stream. Random bytes contain no such frame.
+/// Random bytes, or a BIN-CRC8 frame with a wrong checksum as a step of a stream. Random bytes hardly ever contain such
+/// a frame.
 fn piece() -> impl Strategy<Value = Vec<u8>> {
     let frame = b"\0\x08AB1234\0\r".to_vec();
     prop_oneof![

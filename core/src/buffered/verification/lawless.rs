@@ -27,7 +27,7 @@ impl Format for Longest {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// `with_buffer` creates a receiver if and only if the longest frame has at least one byte and fits into the memory.
+/// `with_buffer` creates a receiver if and only if the longest frame has at least one byte and fits into `memory`.
 #[kani::proof]
 fn memory_holds_the_longest_frame() {
     let longest = kani::any();

@@ -87,9 +87,9 @@ fn starts_are_found<const L: usize, const N: usize>() {
 }
 for_longest!(starts, starts_are_found);
 
-/// `store` appends the new bytes to the pending ones. The number of bytes that the receiver waits for stays the same.
-/// `next` stores the bytes that the receiver waits for, or one byte if it waits for none, and leaves the rest of the
-/// slice.
+/// `store` appends the new bytes to the pending ones. The call does not change the number of pending bytes at which the
+/// receiver asks the format again. `next` stores the bytes that the receiver waits for, or one byte if it waits for
+/// none, and leaves the rest of the slice.
 fn bytes_are_stored<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);

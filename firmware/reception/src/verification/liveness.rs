@@ -98,8 +98,8 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::cover!(!hidden);
 }
 
-/// Checks that the UARTE is restarted at RXTO, or after twice `GAP` without RXTO. One more round, after
-/// `NONE_WAITS`, ends the drain.
+/// Checks that the UARTE is restarted when RXTO comes, or when twice the time `GAP` has elapsed without RXTO. Then a
+/// round that finds `NONE_WAITS` elapsed ends the drain.
 #[kani::proof]
 #[kani::unwind(6)]
 fn after_a_stop_it_hears_again() {
