@@ -2,9 +2,9 @@
 //! script. `cargo run --example demo_picture` writes the file.
 //!
 //! A terminal recorder would store the arrival times of the bytes. Then each recording would differ, and no test could
-//! check that the committed picture shows the current view. Also, termtosvg needs 450 KB for six seconds. This picture
-//! needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands still for readers who want no
-//! motion.
+//! check that the committed picture shows the current view. Also, the recorder termtosvg needs 450 KB for six seconds.
+//! This picture needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands still for readers
+//! who want no motion.
 //!
 //! A cell that stays the same over several drawings is written once. All cells that are visible in the same drawings
 //! form one group. The group's CSS classes state its first drawing and the number of its drawings.
@@ -64,8 +64,8 @@ const fn class(color: Color) -> &'static str {
 /// The drawings in which a cell keeps the same content: the index of the first one, and the index after the last one.
 type Seen = (usize, usize);
 
-/// The content of a group: its bars and its texts. `texts` maps a row and its CSS classes to columns and the symbols in
-/// them.
+/// The content of a group: its bars and its texts. `texts` maps each pair of a row and CSS classes to the row's symbols
+/// with these classes, each with its column.
 #[derive(Default)]
 struct Group {
     bars: String,
@@ -121,7 +121,7 @@ impl Group {
         if is_reversed || paper != Color::Reset {
             bar(WIDTH, paper)?;
         }
-        // A blank is the first of the parts, and draws a bar of width zero.
+        // A blank is the first of the [`EIGHTHS`], so it draws a bar of width zero.
         let symbol = cell.symbol();
         let mut parts = (0..).zip(EIGHTHS);
         if let Some((eighths, _)) = parts.find(|(_, part)| symbol.starts_with(*part)) {
@@ -136,7 +136,7 @@ impl Group {
         Ok(())
     }
 
-    /// Writes each word separately. Sets its width to that of its cells, so that the font makes no difference.
+    /// Writes each word separately. Sets the word's width to that of its cells, so that the font makes no difference.
     fn write_texts(&self, svg: &mut String) -> fmt::Result {
         for ((row, classes), text) in &self.texts {
             for word in text.chunk_by(|(before, _), (after, _)| before + 1 == *after) {

@@ -123,14 +123,14 @@ fn write_manual(name: Option<&str>) -> Result<()> {
     clap_mangen::Man::new(command)
         .source(source)
         .render(&mut page)?;
-    // `.nf` keeps the line breaks and blanks of aligned text.
+    // In a manual page, `.nf` keeps the line breaks and blanks of aligned text.
     let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXAMPLES\n.nf\n");
     Ok(output::Output::standard()?.write_all(page.as_bytes())?)
 }
 
 #[cfg(test)]
 mod tests {
-    /// The example has its own `main`, so that it compiles unchanged as a documentation test and in a user's program.
+    /// Each example has its own `main`, so that it compiles unchanged as a documentation test and in a user's program.
     #[test]
     fn the_readmes_rust_is_whole_programs() {
         let readme = include_str!("../../../README.md");

@@ -9,7 +9,7 @@ use framelock::LineEvent;
 
 use crate::serial::Device;
 
-/// Makes a port mark line errors until it is dropped, which restores the port's settings.
+/// A port that marks line errors. Dropping this value restores the port's earlier settings.
 pub(crate) struct Marking {
     #[cfg(unix)]
     before: (Device, rustix::termios::Termios),

@@ -35,7 +35,7 @@ pub(crate) struct Row {
     pub(crate) frame: Vec<u8>,
 }
 
-/// The values of a row, of any type. Unknown columns or fields are ignored.
+/// The values of a row, each of any type. Unknown columns or fields are ignored.
 struct Fields<'a> {
     columns: &'a [Column],
     /// The unknown names in the row.
@@ -105,8 +105,8 @@ pub(crate) fn rows<'a>(
     }))
 }
 
-/// Reads a text up to the first line that is neither blank nor a comment. Returns all lines so far, and this last line
-/// alone.
+/// Reads a text up to the first line that is neither blank nor a comment. Returns all lines that were read, and a copy
+/// of the last one.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {
@@ -155,7 +155,8 @@ impl<'a> Fields<'a> {
         Ok(places)
     }
 
-    /// Returns the error. If a field is missing, adds the most similar unknown name.
+    /// Returns the error message `why`. If it reports a missing field, appends the unknown name of this row that is
+    /// most similar to the field's name.
     fn told(&self, why: String) -> String {
         let missing = why.strip_prefix("missing field `");
         let missing = missing.and_then(|name| name.strip_suffix('`'));

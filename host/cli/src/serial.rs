@@ -95,7 +95,7 @@ impl PortOptions {
     }
 }
 
-/// Writes `115200 baud`, or `100000 baud 8E2`.
+/// Writes the settings, such as `115200 baud` or `100000 baud 8E2`.
 impl fmt::Display for PortOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} baud", self.baud())?;

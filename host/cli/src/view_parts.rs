@@ -5,7 +5,7 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
 /// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
-/// backgrounds; Okabe and Ito chose the pair. Each constant is the nearest of the 256 colours that every terminal has.
+/// backgrounds; Okabe and Ito chose the pair. Each of the two constants is the nearest of a terminal's 256 colours.
 pub const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub const VERMILLION: Color = Color::Indexed(166);

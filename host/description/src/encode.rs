@@ -61,7 +61,7 @@ impl Description {
         })
     }
 
-    /// Encodes a frame of the kind with this number. `shown` is this kind or one of the kind's views. `value` returns
+    /// Encodes a frame of the kind with this index. `shown` is this kind or one of the kind's views. `value` returns
     /// the value of a column.
     fn encode_as<'v>(
         &self,
@@ -119,7 +119,7 @@ impl Kind {
         let shortest = if takes_rest {
             0
         } else if self.has_truncated_zeros {
-            // A sender that leaves out zeros sends the first byte of the fields, even if no value is given.
+            // A sender that leaves out zeros still sends the payload's first byte, even if no value is given.
             let whole = self.least_length(self.fields.iter().filter_map(|field| field.end(0)));
             let first = self.first_zero() + self.from_end;
             whole.min(first).max(self.layout.shortest())
@@ -146,7 +146,7 @@ impl Kind {
         let is_sealed = self.layout.seal(&mut frame);
         if is_sealed && self.layout.counted_length(&frame) == frame.len() {
             let alone = frame.get(..length).unwrap_or_default();
-            // If the frame contains every field's value, writing the values again changes nothing.
+            // Write the values again. If this changes a byte, the frame does not contain the value of the field.
             let mut again = alone.to_vec();
             let is_missing = |(field, wanted): &&(&Field, Wanted)| {
                 put(field, wanted, &mut again);

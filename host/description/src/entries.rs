@@ -65,7 +65,8 @@ pub(crate) struct FrameEntry {
 }
 
 impl FrameEntry {
-    /// Adds the surrounding description's entries that the kind itself lacks. The kind gets the fields of both.
+    /// Adds the surrounding description's entries that the kind itself lacks. Puts the description's fields and views
+    /// before the kind's own.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
         if self.length.is_none() {

@@ -319,9 +319,9 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns a list of messages whose number is the last byte with fixed bits after the header. The list has each value
-/// with these fixed bits. A receiver waits for the number of a message before it decides on the kind. So with this
-/// list, it waits for that byte, and checks the byte's fixed bits first.
+/// Returns a list of messages that makes a receiver check fixed bits after the header before it decides on the kind. A
+/// receiver always waits for a message's number before it decides. In this list, the number is the last byte with fixed
+/// bits after the header, and the known numbers are all values of this byte that have these bits.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

@@ -196,7 +196,7 @@ fn append_decimal(number: u64, decimals: u32, row: &mut Vec<u8>) {
         return;
     }
     row.push(b'.');
-    // Append nine digits or the first three of them, then cut off the surplus zeros.
+    // Append nine digits, or only the first three if these suffice, then cut off the surplus zeros.
     let fraction = number % unit * power(9 - decimals);
     let from = row.len();
     append_three_digits(fraction / 1_000_000, row);

@@ -148,7 +148,7 @@ fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     }
 }
 
-/// Returns the byte. Reverses its bits if the CRC processes the lowest bit first.
+/// Returns the byte, with its bits reversed if the CRC processes the lowest bit first.
 #[inline]
 const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     if crc.reflected_in {

@@ -161,7 +161,7 @@ impl Parser for StreamReceiver {
     }
 }
 
-/// The frames that may begin with a byte.
+/// The frames that may begin with a given byte.
 #[derive(Clone, Debug)]
 struct Start {
     /// The layouts of these frames, in order.

@@ -62,7 +62,8 @@ impl SmoothMotion {
     }
 
     /// Returns the position on the current leg in this slot. The position is the same on every
-    /// computer, because it is calculated in 1/1024 of the leg and rounded only at the end.
+    /// computer, because the elapsed part of the leg is a multiple of 1/1024, and only the result is
+    /// rounded.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "at most 1024")]
     pub fn here(&self, slot: u64) -> Setpoint {
@@ -232,7 +233,7 @@ mod tests {
         }
     }
 
-    /// Counts the downward crossings of level, one in the middle of each turn.
+    /// Counts the periods of the sine: in the middle of each, pitch falls below the middle position.
     #[test]
     fn the_sweep_goes_up_and_down_in_frequency_without_jumps() {
         let sweep = Motion {

@@ -27,8 +27,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
                 .for_each(|(name, _)| name.clear());
         }
         common = Some(names);
-        // If the first kind has not decided yet, the bytes may still turn out to be a frame of one
-        // of the following kinds.
+        // As long as the bytes are not a whole frame of this kind, they may still turn out to be a
+        // frame of one of the following kinds.
         if matches!(classification, Classification::Frame(_)) {
             break;
         }

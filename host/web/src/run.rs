@@ -8,8 +8,8 @@ use crate::line::{Cell, line};
 use crate::machine::Machine;
 use crate::scenario::{Action, Scenario};
 
-/// The number of steps of silence after the last byte, and the milliseconds of a step. The silence
-/// is long enough for the failsafe to park the actuators.
+/// The number of steps of silence after the last byte, and the length of a step in milliseconds. The
+/// silence is long enough for the failsafe to park the actuators.
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 

@@ -88,7 +88,7 @@ pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(&mut cargo, &mut report.tests)
 }
 
-/// Runs the simulator's tests with the full number of trials.
+/// Runs the tests of the line's simulation with the full number of trials.
 pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo();
     cargo.args(["test", "--package", "framelock-simulation"]);

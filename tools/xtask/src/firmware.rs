@@ -22,8 +22,8 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All images that the tests run. They have the same dependencies, so after the first image, each further image takes
-/// only a second or two to build. `lecture` also leaves the debug port unchanged. `parser-steps` contains single steps
-/// of the parsers, to measure their costs.
+/// only a second or two to build. The image `lecture` also leaves the debug port unchanged. The image `parser-steps`
+/// contains single steps of the parsers, to measure their costs.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
@@ -100,8 +100,9 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     Ok(())
 }
 
-/// Runs the stage that tests the images with many more random streams and combinations of the
-/// chip's permitted behaviours, and under each single assumption about the chip.
+/// Runs the stage of the firmware's slow tests. It first tests the images with many more random
+/// streams, also under random combinations of assumptions about the chip. Then it repeats all tests
+/// under each single assumption.
 pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut random = tests(workspace, &workspace.root)?;
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {

@@ -75,7 +75,7 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     }
     let lines = lines_of_group(command)?;
     let mut answers = answers(&lines);
-    // `Complete - 170 successfully verified harnesses, 1 failures, 171 total.`
+    // Kani's sum, such as `Complete - 170 successfully verified harnesses, 1 failures, 171 total.`
     let sum = lines
         .iter()
         .find_map(|line| line.strip_prefix("Complete - "));
@@ -145,7 +145,7 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
         {
             *last = format!("{last} {line}");
         } else if line.starts_with("** ") && line.contains("cover properties satisfied") {
-            // `** 1 of 2 cover properties satisfied (1 unreachable)`
+            // A line such as `** 1 of 2 cover properties satisfied (1 unreachable)`
             let words: Vec<&str> = line.split(' ').collect();
             if !matches!(words.as_slice(), ["**", satisfied, "of", all, ..] if satisfied == all) {
                 answer.fail("cover_unsatisfied", line);

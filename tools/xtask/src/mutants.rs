@@ -86,8 +86,8 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         }
     };
     if *by == By::Harnesses {
-        // cargo-mutants first runs the tests of the packages that it changes, but not these
-        // harnesses.
+        // cargo-mutants itself first checks that the tests pass without a change, but it does not check
+        // these harnesses.
         let unchanged = Prover::new(workspace, Some(Engine::Offline))?.check(&[])?;
         let all = unchanged.iter().all(Answer::is_proved);
         ensure!(all, "some harness fails even without a change");
@@ -131,7 +131,7 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
         "cargo mutants --dir firmware --config {config} --list --json {more...}"
     );
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list.read()?)?;
-    // cargo-mutants lists a change twice if both programs share the changed code.
+    // cargo-mutants lists a change twice if two of the firmware's programs share the changed code.
     let mut listed = BTreeSet::new();
     mutants.retain(|mutant| listed.insert(mutant.name.clone()));
     fs::create_dir_all(output)?;
@@ -172,8 +172,8 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
     Ok(())
 }
 
-/// The firmware's tests, except the tests of figures. Every change alters the bytes and cycles of the firmware, so the
-/// tests of figures would notice everything.
+/// The firmware's tests, except those that compare figures with `firmware/FIGURES.txt`. Every change alters the bytes
+/// and cycles of the firmware, so these tests would notice everything.
 struct Tests {
     program: PathBuf,
     images: PathBuf,
@@ -182,7 +182,7 @@ struct Tests {
 }
 
 impl Tests {
-    /// Prepares the tests. All must pass before any change.
+    /// Prepares the tests. All of them must pass with the unchanged firmware.
     fn of(workspace: &Workspace, images: PathBuf) -> Result<Self> {
         let program = test_program(workspace)?;
         let list = Command::new(&program)

@@ -23,9 +23,9 @@ struct Stage {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum When {
-    /// Runs for each commit.
+    /// The stage runs for each commit.
     Always,
-    /// Runs with `--all`, and nightly on the hosted machines.
+    /// The stage runs only with `--all`. The hosted machines run it every night.
     Nightly,
 }
 use When::{Always, Nightly};

@@ -17,7 +17,7 @@ use plotters::style::{BLACK, FontDesc, FontFamily, FontStyle, WHITE};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// The size in pixels. It is narrow, so that words can be read on a telephone.
+/// The size of a chart in pixels. Charts are narrow, so that words can be read on a telephone.
 const SIZE: (u32, u32) = (640, 440);
 
 /// Returns the colour with this name. People with any colour vision can distinguish these colours (Okabe and Ito).
@@ -47,7 +47,7 @@ pub(crate) struct Axis {
     /// Whether the series is a step function, with each step midway between two values.
     #[serde(default)]
     is_stepped: bool,
-    /// The largest number of labels.
+    /// The maximum number of labels on the axis.
     labels: usize,
     /// The path of the values in a row of results. `scale` is a factor for the values.
     pub(crate) value: String,

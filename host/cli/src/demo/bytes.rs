@@ -37,8 +37,8 @@ const CLOSE_UP_TIME: Duration = Duration::from_millis(1200);
 pub(super) struct Bytes {
     /// The bytes of the current frame that have been sent so far.
     pub(super) frame: Vec<ByteOnLine>,
-    /// The bytes sent so far of three frames: the frame with the last fault and the two frames after it. Before the
-    /// first fault, these are the first three frames.
+    /// The frame with the last fault and the two frames after it; before the first fault, the first three frames.
+    /// Contains only the bytes of these frames that have already been sent.
     pub(super) close_up: Vec<ByteOnLine>,
     close_up_from: Duration,
 }

@@ -148,7 +148,8 @@ impl MonitorSession {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // As long as the device is open, the operating system may give the returning port another name.
+        // Close the device, because as long as it is open, the operating system may give the returning port another
+        // name.
         self.marking = None;
         self.is_gone = true;
     }

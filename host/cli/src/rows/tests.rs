@@ -114,7 +114,7 @@ const WRONG: &str = r#"
     {"pitch":1,"roll":2,"yaw":3}\n1,2,3 => line 2: not a JSON object such as {"pitch":127,"roll":200
 "#;
 
-/// A table like [`WRONG`], for reading with times.
+/// A table like [`WRONG`], whose texts are read with times.
 const WRONG_TIMES: &str = r#"
     0,1,2,3\n-1,1,2,3 => line 2: time -1 is not a number of seconds, 0 or more
     0,1,2,3\nsoon,1,2,3 => line 2: time "soon" is not a number of seconds, 0 or more

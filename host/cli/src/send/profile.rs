@@ -150,7 +150,8 @@ mod tests {
 
     #[test]
     fn a_held_frame_takes_the_time_of_all_its_repetitions() {
-        // First a long frame is held for a moment and a short one for a second, then the other way round.
+        // A long frame is held for 50 ms in the first case, and for a second in the other. Then a short frame is held
+        // until 2 s have passed.
         let frame = Protocol::named("ubx").unwrap();
         let time_of = |bytes: usize| Duration::from_millis(bytes as u64);
         for (until, is_carried) in [("0.05", true), ("1", false)] {

@@ -9,7 +9,7 @@ use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
 
-/// How often the park setpoint is sent. Repetitions help if the line loses frames.
+/// The number of frames with the park setpoint. Repetitions help if the line loses frames.
 const PARK_FRAMES: u32 = 5;
 
 /// A source of frames.
@@ -24,7 +24,8 @@ pub(super) struct Source {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parking {
     pub(super) at: Setpoint,
-    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has it.
+    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has
+    /// that setpoint.
     pub(super) seconds: f64,
     pub(super) rate: Rate,
 }

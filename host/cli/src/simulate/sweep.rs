@@ -48,7 +48,7 @@ fn values(range: &str) -> Result<Vec<f64>> {
         [from, to, step] => (finite(from)?, finite(to)?, step),
         _ => bail!(WANTED),
     };
-    // The limits are slightly above `to`, so that rounding does not exclude the last value.
+    // Values slightly above `to` are accepted, so that rounding does not exclude the last value.
     let values: Vec<_> = if let Some(factor) = step.strip_prefix('x') {
         let factor = finite(factor)?;
         ensure!(

@@ -12,10 +12,10 @@ use crate::frame_writer::{FrameWriter, Place};
 /// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
 const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 
-/// The column of all other frames.
+/// The column of frames other than BIN.
 const OTHER_COLUMNS: &str = "    pending";
 
-/// The separator between events of the same byte. Each further event has a row of its own.
+/// The separator between events of the same byte. It begins a new row for each further event.
 const GOES_ON: &str = "\n                       ";
 
 /// The offset of pitch in a frame; roll and yaw follow.

@@ -34,8 +34,8 @@ fn decoded_rows_can_be_encoded_again() {
     }
 }
 
-/// Clause F1: the reserved byte has no meaning, so the rows of `bin` do not contain it. A user's description may have a
-/// field for it.
+/// The reserved byte has no meaning (clause F1 of docs/protocol.md), so the rows of `bin` do not contain it. A user's
+/// description may have a field for it.
 #[test]
 fn any_reserved_byte_is_accepted_and_zero_is_sent() {
     let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];

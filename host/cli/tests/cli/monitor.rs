@@ -14,7 +14,7 @@ use crate::at_terminal::{AtTerminal, CONTROLLING, ENTER, PROGRAM};
 use crate::process::{CLEAN, framelock, text};
 use crate::pseudo_terminal::line;
 
-/// Returns a monitor that has received a frame, the line's far end and near end, and the port's name.
+/// Returns a monitor, after it has received a frame. Also returns the line's far end and near end, and the port's name.
 fn watching(directory: &Path, arguments: &[&str]) -> (AtTerminal, File, File, String) {
     let (mut far_end, near_end, port) = line();
     let monitor = watching_port(&port, &mut far_end, directory, arguments);

@@ -7,7 +7,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
 
-/// Opens a line. Returns both ends, and the name of the near end.
+/// Opens a serial line. Returns its far end, its near end, and the name of the near end.
 ///
 /// The caller must hold the near end open, because otherwise the pseudo-terminal counts as disconnected.
 pub(crate) fn line() -> (File, File, String) {

@@ -19,7 +19,7 @@ const GUIDES: [&str; 4] = [
     "docs/recordings.md",
 ];
 
-/// The first words of commands in other pages that are not run here, each with the reason.
+/// Commands in other pages that these tests do not run: their first words, and the reason.
 const NOT_RUN: [(&str, &str); 7] = [
     (
         "cargo",
@@ -41,7 +41,7 @@ xxd() { cat; }
 less() { cat; }
 ";
 
-/// The ports in examples. Tests replace them by a port that no computer has, so that no test moves a real board.
+/// The ports in examples. Tests replace these ports by one that no computer has, so that no test moves a real board.
 const PORTS: [&str; 4] = [
     "/dev/ttyACM0",
     "/dev/ttyUSB0",

@@ -58,7 +58,7 @@ fn shipped_frames_keep_the_laws() {
     }
 }
 
-/// Returns the texts by which the forms of a description are recognised.
+/// Returns the texts that must occur in some of the random descriptions: one for each form of each entry.
 fn forms() -> Vec<String> {
     let all = |these: &[&str], text: fn(&str) -> String| -> Vec<String> {
         let these = these.iter().filter(|it| !it.is_empty());

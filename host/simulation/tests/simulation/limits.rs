@@ -147,7 +147,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
         assert_eq!(line.frames_sent, 1_800);
         assert_eq!(line.bytes_sent, 1_800 * length);
         assert!(line.frames_intact < line.frames_sent, "{parameters:?}");
-        // Each fault of the line happens. Without losses, there are more bytes if some are duplicated.
+        // Each fault whose rate is not 0 happens. If bytes are duplicated, more bytes arrive than were
+        // sent, unless others are lost.
         let more = line.bytes_delivered.saturating_sub(line.bytes_sent);
         for (rate, count) in [
             (parameters.lose, line.bytes_lost),

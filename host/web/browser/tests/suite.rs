@@ -26,7 +26,7 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
         let button = format!("document.querySelectorAll('#presets button')[{nth}]");
         page.run(&format!("{button}.click()"));
         page.wait_for(&format!("{button}.ariaPressed === 'true'"));
-        // The preset plays, or already holds its first fault.
+        // The preset is playing, or playback has already stopped at the first fault.
         page.run("if (JSON.parse(framelock()).playing) document.getElementById('play').click()");
         check(name.as_str().expect("a name"));
     }
@@ -259,7 +259,7 @@ fn the_keyboard_is_enough() {
         page.press("Enter");
         page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
         let mut is = page.state();
-        // The new address contains both edits, so ignore the difference.
+        // Do not compare the addresses, because the new one contains both edits.
         is["address"] = was["address"].clone();
         assert_eq!(is, was);
     }
@@ -476,7 +476,7 @@ fn reduced_motion_stops_playback_and_animation() {
     for (wish, moves) in [("no-preference", true), ("reduce", false)] {
         page.prefer("prefers-reduced-motion", wish);
         page.open("");
-        // Playing may already hold the first fault.
+        // Playback may already have stopped at the first fault.
         let state = page.state();
         let has_begun = state["playing"] == true || number(&state["position"]) > 0;
         assert_eq!(has_begun, moves, "{wish}");

@@ -91,7 +91,8 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // The first two bytes that differ decide between -1 and 1. If no bytes differ, the result is 0.
+                // At the first index at which the bytes differ, they decide between -1 and 1. If no bytes differ, the
+                // result is 0.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);

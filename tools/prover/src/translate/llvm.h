@@ -1,5 +1,5 @@
 /* LLVM's integer operations in CBMC's C. `bits` is the operands' width. The statement that uses a
-   result truncates it to its own width. An operation that is missing here is an error. */
+   result truncates it to its own width. Using an operation that is missing here is an error. */
 
 /* C converts narrow integers to signed ones, whose product and left shift may overflow. The types
    w8 to w128 are wide enough. */

@@ -253,7 +253,7 @@ fn a_fault_is_shown_from_the_first_byte_of_its_frame() {
     };
     demonstration.advance_to(Duration::from_secs(1));
     assert_eq!(faults(&demonstration), 0);
-    // The close-up shows the loss of the first byte, and later the loss of another byte in the ride.
+    // The close-up shows the byte that is lost while the seat stands still, and later one that is lost while it moves.
     for seconds in [3, 10] {
         demonstration.advance_to(Duration::from_secs(seconds));
         assert_eq!(faults(&demonstration), 1);

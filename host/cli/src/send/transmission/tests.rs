@@ -33,7 +33,7 @@ fn named(name: &str) -> Protocol {
     Protocol::named(name).unwrap()
 }
 
-/// Returns a source of ten frames whose pitch counts them. Frames that are `silent` are not sent.
+/// Returns a source of ten frames with the pitches 0 to 9. Frames for whose pitch `silent` returns true are not sent.
 fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     let frame = named(name);
     let mut numbers = 0..10;
