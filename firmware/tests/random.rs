@@ -94,7 +94,7 @@ fn whatever_the_chip_does_it_does_as_the_reference() {
     for_seeds(MIXES, |seed, occurred| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         one_run(seed, &mut random, occurred, |all| {
-            *all = Assumptions::mixed(seed)
+            *all = Assumptions::mixed(seed);
         });
     });
 }

@@ -7,7 +7,7 @@ use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Occurred, Protocol, 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Heads of frames: of MAVLink, with a payload that is too long for the message, and of NMEA.
+/// Heads of frames: of `MAVLink`, with a payload that is too long for the message, and of NMEA.
 const HEADS: [&[u8]; 3] = [
     b"\xFE\x64\0\x01\x01\0",
     b"\xFD\x64\0\0\0\x01\x01\0\0\0",
