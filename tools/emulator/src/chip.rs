@@ -172,7 +172,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // If the task itself has recorded a refusal, `check` keeps it, because it says more.
+        // If the task itself has recorded a refusal, `check` keeps it, because it is more specific.
         self.check(done, Access::Task, address);
     }
 
