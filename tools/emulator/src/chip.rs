@@ -68,8 +68,8 @@ impl Chip {
     }
 
     /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR survives every
-    /// reset. RESETREAS survives all except a brown-out, which looks like power-on. RAM is kept; on silicon a brown-out
-    /// may also destroy its contents.
+    /// reset. RESETREAS survives every reset except a brown-out, which clears it, as power-on does. RAM is kept; on
+    /// silicon a brown-out may also destroy its contents.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
