@@ -38,7 +38,7 @@ PROOF(classify, TURNS)
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
 
     ASSERT(outcome <= XX(INCOMPLETE) && outcome != XX(LINE_EVENT));
-    /* A frame ends within the bytes. An incomplete frame needs more bytes, but not more than the longest frame has. */
+    /* A frame has at most `count` bytes. An incomplete frame needs more, but not more than the longest frame has. */
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));

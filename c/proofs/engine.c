@@ -146,7 +146,7 @@ static uint32_t placed(void)
 }
 
 /* Puts the receiver into any state that satisfies the invariant, and makes the classifier give arbitrary answers. The
- * counters are 0. This does not restrict the proofs, because a step only adds to the counters. */
+ * counters are 0, which does not restrict the proofs, because a step only adds to the counters. */
 static void start(void)
 {
     static const any_counters none;

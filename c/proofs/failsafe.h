@@ -1,7 +1,7 @@
-/* Proofs about the failsafe. A file that runs them includes the failsafe's header and then this file. The proofs cover
- * all parameters that `init` accepts, and a call in any state that satisfies the invariant. They show that the call
- * accesses only memory that it may access, does not overflow, keeps the invariant, and moves no axis away from its
- * target. */
+/* Proofs about the failsafe. A file that runs these proofs includes the failsafe's header and then this file. The
+ * proofs cover all parameters that `init` accepts, and a call in any state that satisfies the invariant. They show that
+ * the call accesses only memory that it may access, does not overflow, keeps the invariant, and moves no axis away from
+ * its target. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"
@@ -106,7 +106,7 @@ void c_start(void)
     start();
 }
 
-/* Returns one part of the state. `which` selects the part: 0 to 3 are times, and then each axis has five parts. */
+/* Returns one part of the state. `which` selects the part: 0 to 3 are times, and from 4 on each axis has five parts. */
 uint32_t c_state(uint8_t which)
 {
     const uint8_t axis = (uint8_t)((which - 4U) / 5U);

@@ -34,7 +34,7 @@ static bool invariant(const X(receiver) *receiver)
         ((receiver->count == 0U) || (X(classify)(receiver->held, receiver->count, 0U, &number) == XX(INCOMPLETE)));
 }
 
-/* Returns a receiver in any state that satisfies the invariant. Its counters are 0. This does not restrict the
+/* Returns a receiver in any state that satisfies the invariant. Its counters are 0, which does not restrict the
  * proofs, because a step only adds to the counters. */
 static X(receiver) any_receiver(void)
 {

@@ -95,7 +95,7 @@ __attribute__((noinline)) void end(void)
     }
 }
 
-/* The compiler may insert calls to these functions. */
+/* The compiler may insert calls to these functions, and there is no C library. */
 void *memset(void *to, int byte, size_t count)
 {
     uint8_t *place = (uint8_t *)to;

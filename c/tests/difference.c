@@ -145,9 +145,9 @@ void run(void)
     say(digest);
 }
 #else
-/* On a PC, standard input has two little-endian integers of four bytes, then the steps. The integers are the numbers of
- * the first and the last step after which the program prints all counters. The program also prints the digest after
- * every thousandth step and after the last step. */
+/* On a PC, standard input has two little-endian integers of four bytes, `first` and `last`, then the steps. The program
+ * prints all counters after each of the steps `first` to `last`, where 1 is the first step of the input. It also prints
+ * the digest after every thousandth step and at the end of the input. */
 #include <stdio.h>
 #include <stdlib.h>
 

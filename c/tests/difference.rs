@@ -374,8 +374,8 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
 }
 
 /// Returns random steps with at least `bytes` bytes. The bytes are frames, broken frames, false starts and noise, which
-/// arrive one by one or in slices. Some steps are line events and polls. Each change of a frame occurs, and slices of
-/// each length up to 16.
+/// arrive one by one or in slices. Some steps are line events and polls. In a long stream, polls occur, and slices of
+/// each length up to 16, or up to the longest frame if it is shorter.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<u8> {
     let mut pool = Vec::new();
     for _ in 0..30 {
@@ -439,7 +439,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             _ => {}
         }
     }
-    // A short stream, for a chip, does not have everything.
+    // A short stream, for a chip, need not contain slices of each length.
     if bytes >= BYTES / 10 {
         let longest = pool.iter().map(Vec::len).max().unwrap().min(16);
         let has_each = (1..=longest).all(|length| slices.contains(&length));

@@ -7,7 +7,7 @@ use std::io::Read;
 
 use framelock::{BufferedReceiver, Found, Frame};
 
-/// The values of a field, if a frame has it.
+/// A field's values as text, or `None` if the frame does not have the field.
 trait Values {
     fn values(&self) -> Option<String>;
 }

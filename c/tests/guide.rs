@@ -217,7 +217,7 @@ fn shipped(name: &str) -> Description {
     Description::parse(name, text).unwrap()
 }
 
-/// Returns the frames of 500 random draws.
+/// Draws random frames 500 times, and returns all of them.
 fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     (0..500)
         .flat_map(|_| drawn::frames(description, random))

@@ -204,8 +204,8 @@ fn cycles_on_avr(case: &Case, stream: &[u8]) -> [u64; 2] {
     [said[0].into(), said[1].into()]
 }
 
-/// Returns the measured receivers: name, case, the frame that the clean stream repeats, and the bytes that the worst
-/// stream repeats.
+/// Returns for each measured receiver: its name, its case, the frame that the clean stream repeats, and the bytes that
+/// the worst stream repeats.
 fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     let shipped = |name: &str| SHIPPED.iter().find(|it| it.0 == name).unwrap().1;
     let case = |name: &str, text| {

@@ -160,7 +160,8 @@ pub(crate) fn kind<L>(
     0
 }
 
-/// Returns the number of the classification step that rejects bytes for this reason, counted from the sync.
+/// Returns a number for the part of a frame in which classification finds this reason: 0 for the first byte, 1 for the
+/// rest of the sync, 2 for the header, 3 for the rest of the frame.
 const fn further_on(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,

@@ -3,7 +3,8 @@
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
 /// Computes checksums, which are then compared with those in frames.
-// This is a trait instead of an `Fn` bound, because a call of `Computed` is always inlined. A closure would be called.
+// This is a trait instead of an `Fn` bound, because a call of `Computed` is always inlined. A call of a closure would
+// not be inlined.
 pub(crate) trait Sum {
     /// Returns the same value as [`Algorithm::of`].
     fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;

@@ -109,8 +109,9 @@ impl Crc<'_> {
         })
     }
 
-    /// Processes sixteen bytes in each step, as four words. Table `n` is for the byte that has `n` of the sixteen bytes
-    /// after it. So the last word uses the first four tables, the word before it uses the next four, and so on.
+    /// Processes sixteen bytes in each step, as four words. Table `n` is for the byte that is followed by `n` more of
+    /// the sixteen bytes. So the last word uses the first four tables, the word before it uses the next four, and so
+    /// on.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
         let word = |bytes: &[u8]| {

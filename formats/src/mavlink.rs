@@ -60,8 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// Both layouts have a placeholder message. A format only replaces this message with its own messages, so the layouts
-/// are checked at compile time, not for each byte.
+/// Both layouts are checked at compile time, with a placeholder message. For each byte, a format only replaces the
+/// placeholder with its own messages, and does not check the layout again.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -77,10 +77,10 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 /// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
 /// header announces it.
 ///
-/// The value contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`] contains all
-/// messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. Their CRC cannot be
-/// checked, because it covers an extra byte that is computed from the message's definition. Frames with incompatible
-/// flags other than "signed" are rejected too. **Signatures are not verified.**
+/// A value of this type contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`]
+/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. Their CRC
+/// cannot be checked, because it covers an extra byte that is computed from the message's definition. Frames with
+/// incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
@@ -105,8 +105,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
-/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. A value of this type
-/// contains the known messages, like one of [`Mavlink2`].
+/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. Like a value of [`Mavlink2`], a
+/// value of this type contains the messages of a dialect, in ascending order of their numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 

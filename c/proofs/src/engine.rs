@@ -78,7 +78,7 @@ fn state() -> ([u8; ROOM], [usize; 3]) {
     (bytes, [from, to, ask_at].map(usize::from))
 }
 
-/// Puts the C receiver into an arbitrary state. Returns a Rust line in the same state.
+/// Puts the C receiver into an arbitrary state. Returns a Rust line in the state of the C receiver.
 fn related() -> Line<Receiver> {
     c_start_engine();
     let (bytes, indexes) = state();

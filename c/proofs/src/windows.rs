@@ -209,9 +209,9 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs `step` for one of these numbers. The prover chooses the number, but in each call of `step` the number is a
-/// constant. If the loop compared `number` with an arbitrary number instead, the compiler would pass the arbitrary
-/// number to `step`.
+/// Calls `step` with one of these numbers, which the prover chooses. In each call the number is a constant. If the loop
+/// compared `number` with an arbitrary number, the compiler would pass that arbitrary number to `step` instead of the
+/// constant.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {

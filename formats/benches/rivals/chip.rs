@@ -113,10 +113,10 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// The cost of all bytes except the skipped bytes. Each byte is passed in one call. Its cost is counted from the
-    /// first instruction of the called function to the return.
+    /// The cost of all bytes except the skipped bytes. Each byte is passed in a call of its own. Its cost is counted
+    /// from the first instruction of the called function to the return.
     pub(crate) all: Cost,
-    /// The cycles of the most expensive byte.
+    /// The number of cycles that the most expensive byte takes.
     pub(crate) costliest: u64,
 }
 
@@ -159,7 +159,8 @@ impl Program {
         })
     }
 
-    /// Returns by how many bytes the code and the constants of this program are larger than those of the other program.
+    /// Returns the sizes of this program's code and constants, minus the sizes of the other program's code and
+    /// constants.
     pub(crate) fn more_than(&self, nothing: &Self) -> [u64; 2] {
         [
             self.text - nothing.text,
@@ -190,7 +191,7 @@ impl Program {
         board.patch(bytes, stream)?;
         board.patch(length, &count.to_le_bytes())?;
         let (mut all, mut costliest, mut bytes_taken) = (Cost::default(), 0, 0);
-        // The return address of the current call, and the total cost up to the call.
+        // The return address of the current call, and the cost of the run up to this call.
         let mut call: Option<(u32, Cost)> = None;
         let mut before = 0;
         let is_over = board.run(limit, |board| {

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use framelock::{BufferedReceiver, Format, Found};
 use framelock_proofs::reference;
 
-/// A receiver of a protocol's frames. Other crates implement this trait through an adapter. It uses the crate as the
-/// crate's documentation shows, and adds nothing.
+/// A receiver of a protocol's frames. For another crate, an adapter implements this trait. The adapter uses the crate
+/// as the crate's documentation shows, and adds nothing.
 pub(crate) trait Contender {
     /// The data that the receiver returns to its user.
     type Message<'a>;
@@ -72,8 +72,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// Creates the entry of another crate. `key` extracts from a message the same part as the protocol's `key` extracts
-    /// from a frame.
+    /// Creates the entry of another crate. `key` extracts the key from a message, as the protocol's `key` does from a
+    /// frame.
     pub(crate) fn rival<C: Contender + 'static>(
         name: &'static str,
         new: impl Fn() -> C + Copy + 'static,

@@ -23,11 +23,11 @@ its examples, which is twice as long as the longest frame. *`Line`* is the same 
 outcome of each byte. The other crates are used as [their documentation shows](rivals.md).
 
 * **Clean**: frames back to back, as in [rivals.md](rivals.md).
-* **Noise**: random bytes. All values are equally likely.
-* **Worst**: for each receiver, the most expensive stream of all: clean, noise, or one of a few hostile streams. A
+* **Noise**: random bytes, with all 256 values equally likely.
+* **Worst**: the stream that is the most expensive for this receiver: clean, noise, or one of a few hostile streams. A
   hostile stream consists of false starts, one after another, that claim long frames. When all bytes that a false start
   claims have arrived, the receiver checks these bytes and rejects them. The hostile streams are listed below. No sender
-  sends them by accident.
+  sends such a stream by accident.
 
 The UBX format accepts frames of at most 106 bytes here. The MAVLink format knows the messages that are sent, and one
 message with a payload of 255 bytes.
@@ -38,9 +38,9 @@ const CHIP: &str = "
 
 The table shows instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles
 include no wait states of the flash, so a real chip is slower. The programs are built like the firmware: for size, with
-link-time optimisation. Each byte is passed in one function call. Its cost is counted from the function's first
-instruction to the return. *One byte* is the number of cycles for the most expensive single byte of all these streams.
-An interrupt handler must have time for that many cycles.
+link-time optimisation. Each byte is passed in a call of its own. Its cost is counted from the first instruction of
+the called function to the return. *One byte* is the number of cycles for the most expensive single byte of all these
+streams. An interrupt handler must have time for that many cycles.
 
 | | | clean | | noise | | worst | | one byte |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |

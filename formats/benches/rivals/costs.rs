@@ -17,7 +17,7 @@ use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
 /// The number of bytes in a stream of noise and in a hostile stream.
 pub(crate) const BYTES: usize = 6_000;
-/// The number of bytes at the beginning of a hostile stream whose cost is not counted. The first of these bytes cost
+/// The number of bytes at the beginning of a hostile stream that are not counted. The very first bytes of a stream cost
 /// little, because a receiver decides nothing until the first false frame ends.
 pub(crate) const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.

@@ -1,4 +1,5 @@
-//! Compares the formats' costs on the chip with those in a file, on every commit. The costs are the same in every run.
+//! Compares the formats' costs on the chip with the costs in a file, on every commit. The costs do not vary from run
+//! to run.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
 //! costs are compared only if the compiler is the one that the file names.

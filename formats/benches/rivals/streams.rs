@@ -59,7 +59,7 @@ impl Fault {
 /// A protocol's frames.
 pub(crate) struct Protocol {
     pub(crate) name: &'static str,
-    /// The bytes of payloads in the sync-dense stream: bytes that begin frames, and short lengths.
+    /// The bytes of which the payloads in the sync-dense stream consist: bytes that begin frames, and short lengths.
     pub(crate) sync_dense: &'static [u8],
     /// The index of the length byte, or of the second byte if the protocol has no length byte.
     pub(crate) length_at: usize,
@@ -80,7 +80,7 @@ pub(crate) struct Payload {
 }
 
 impl Payload {
-    /// Returns a random one of these values. All elements are equally likely.
+    /// Returns a random element of `kinds`. All elements are equally likely.
     pub(crate) fn one_of<T: Copy>(&mut self, kinds: &[T]) -> T {
         kinds[self.random.random_range(0..kinds.len())]
     }

@@ -9,8 +9,9 @@ use crate::streams::{Payload, Protocol};
 
 /// The length of the longest payload in the streams, which is that of NAV-PVT.
 const MOST: usize = 92;
-/// The length of the longest frame that the receivers accept. The length of its payload equals a sync byte, so that
-/// false starts can be packed as densely as possible.
+/// The length of the longest frame that the receivers accept. Its payload has 0x62 bytes, and 0x62 is also a sync
+/// byte. So the length byte of one false start can be a sync byte of another, and false starts are as dense as
+/// possible.
 pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {

@@ -9,7 +9,7 @@ use checksum::check_checksum;
 use content::{check_content, check_content_of_parts};
 use frame::{agrees_with_fixed, shortest_frame};
 
-/// Returns from the function with a contradiction if a step finds one.
+/// If a step finds a contradiction, makes the calling function return it.
 macro_rules! try_step {
     ($step:expr) => {
         if let Err(contradiction) = $step {
@@ -18,7 +18,7 @@ macro_rules! try_step {
     };
 }
 
-/// Returns from the function with a contradiction if the condition holds.
+/// Makes the calling function return a contradiction if the condition holds.
 macro_rules! reject_if {
     ($condition:expr, $part:expr, $message:expr) => {
         if $condition {

@@ -11,8 +11,8 @@ use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 /// The number of bytes in the longest frame.
 const MOST: usize = 4;
 
-/// A stand-in for one of the layouts. It classifies the bytes that follow one position of the stream. The
-/// classifications are arbitrary, but keep the laws.
+/// A stand-in for one of the layouts. It classifies the first bytes of one stream. The classifications are arbitrary,
+/// but keep the laws.
 struct Classified {
     longest: usize,
     starts: bool,

@@ -7,7 +7,8 @@ use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Occurred, Protocol, 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Heads of frames: those of `MAVLink`, with a payload that is too long for the message, and that of NMEA.
+/// Beginnings of frames: two `MAVLink` headers, which state a payload that is too long for the message, and the first
+/// bytes of an NMEA sentence.
 const HEADS: [&[u8]; 3] = [
     b"\xFE\x64\0\x01\x01\0",
     b"\xFD\x64\0\0\0\x01\x01\0\0\0",

@@ -274,7 +274,7 @@ fn what_a_layout_says_at_its_limits() {
     let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
     let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
     for (layout, bytes, says) in [
-        // A frame may consist only of its header, even if no longer frame is allowed.
+        // A frame may consist only of its header, even if this is also the longest frame.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
         (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (

@@ -7,11 +7,12 @@ use framelock_formats::nmea::Nmea;
 
 use crate::{frame, receive};
 
-/// A receiver's channels, in gpsd's `test/daemon/mtk-3301.log`: 204 bytes, LF.
+/// A receiver's channels, in gpsd's `test/daemon/mtk-3301.log`: 204 bytes, with LF at the end.
 const PMTKCHN: &str = "$PMTKCHN,14001,29001,23001,02001,21001,11001,16001,28001,05001,20001,22001,18001,06001,19001,07001,09001,\
      25001,08001,13001,30001,10001,03001,04001,27001,26001,01001,24001,15001,31001,17001,12001,32001*46";
 
-/// The satellites of a u-blox receiver, in pynmeagps' `tests/pygpsdata-nmea4.log`: 424 bytes, CR LF.
+/// The satellites of a u-blox receiver, in pynmeagps' `tests/pygpsdata-nmea4.log`: 424 bytes, with CR LF at the
+/// end.
 const PUBX_03: &str = "$PUBX,03,23,1,-,014,06,08,000,12,U,207,43,28,009,14,-,049,06,,000,15,-,171,44,23,000,17,-,064,32,16,000,\
      19,-,094,33,,000,20,U,251,20,31,038,21,-,354,04,,000,23,U,251,27,31,064,24,U,268,89,26,000,25,-,223,05,,000,48,-,,,15,\
      000,52,-,,,28,013,65,-,176,07,,000,66,U,223,57,35,064,67,-,315,42,23,000,68,-,341,00,29,000,75,-,057,37,,000,76,U,303,\

@@ -51,7 +51,7 @@ fn called(code: &str, functions: &str) -> String {
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
-    // The level of each open chain.
+    // The level of each chain of calls that has not ended yet.
     let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "* ", "*/"]

@@ -67,7 +67,7 @@ pub struct Assumptions {
     pub start_cuts_period: bool,
     /// A task that is triggered twice at the same instant acts only once.
     pub twice_is_once: bool,
-    /// Cycles of each instruction, in per cent of the model's cycles, at least 100. Models wait states of flash without
+    /// Cycles of each instruction, in per cent of its default cycles, at least 100. Models wait states of flash without
     /// the instruction cache (section "NVMC"). Does not lengthen sleep.
     pub slowness: u32,
 }
@@ -102,7 +102,7 @@ impl Default for Assumptions {
     }
 }
 
-/// The longest lag of EasyDMA, in cycles: less than four tenths of a byte time at 1 Mbaud. EasyDMA is probably never
+/// The longest lag of EasyDMA, in cycles: less than three tenths of a byte time at 1 Mbaud. EasyDMA is probably never
 /// slower.
 const LONGEST_LAG: u64 = 190;
 /// The longest lag of RXDRDY, in cycles. With this lag, RXDRDY comes just before the next byte at 1 Mbaud.
@@ -171,7 +171,7 @@ impl Assumptions {
 
     /// Returns a random mix of all deviations except `doubled_when_open`. The same seed always gives the same mix. Lags
     /// are at most as long as in [`Assumptions::each`]. At most three RXDRDY and three ENDRX are lost. In a quarter of
-    /// the mixes, every RXTO after STOPRX is lost. Instructions take at most 1.5 times as many cycles.
+    /// the mixes, every RXTO after STOPRX is lost. Instructions take at most 1.5 times their default cycles.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;

@@ -28,7 +28,8 @@ const LOCKED_UP: u32 = 0xFFFF_FFFE;
 /// The number of steps of the core between two checks for a soft reset. A check takes longer than a step, so the board
 /// does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// The fewest cycles that a tail chain takes. A branch takes fewer, so the cycles of a step distinguish the two.
+/// The fewest cycles that a tail chain takes, which leads from one handler directly into the next. A branch takes
+/// fewer, so the cycles of a step distinguish the two.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -222,7 +223,7 @@ impl Board {
         let registers = self.core.regs();
         self.pc = registers.r.last().copied().unwrap_or_default();
         self.it_state = registers.xpsr & xpsr::IT_MASK;
-        // The mask leaves nine bits, which fit.
+        // The mask leaves nine bits, which fit into a `u16`.
         self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
         self.exception
     }

@@ -68,8 +68,8 @@ impl Chip {
     }
 
     /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR survives every
-    /// reset. RESETREAS survives all except a brown-out, which looks like power-on. RAM is kept; on silicon a brown-out
-    /// may also destroy its contents.
+    /// reset. RESETREAS survives every reset except a brown-out, which clears it, as power-on does. RAM is kept; on
+    /// silicon a brown-out may also destroy its contents.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
@@ -172,7 +172,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // If the task itself has recorded a refusal, `check` keeps it, because it says more.
+        // If the task itself has recorded a refusal, `check` keeps it, because it is more specific.
         self.check(done, Access::Task, address);
     }
 

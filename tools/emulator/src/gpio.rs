@@ -98,7 +98,7 @@ impl Port {
 }
 
 impl Gpio {
-    /// Records the outputs, and sets an undriven line to the level of its pin's pull-up.
+    /// Records the levels of the output pins, and sets an undriven line to the level of its pin's pull-up.
     pub(crate) fn show(&self, context: &mut Context) {
         let port = self.ports.get(context.line_pin as usize / 32);
         let pin = port.and_then(|port| port.configuration.get(context.line_pin as usize % 32));

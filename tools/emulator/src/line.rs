@@ -45,7 +45,7 @@ pub struct SerialLine {
     sender_level: bool,
     millibaud: u64,
     parity: Parity,
-    /// The instant at which the sender's bit 0 began, and the number of bits that it has sent since.
+    /// The instant at which the sender's bit 0 began, and the number of bits that the sender has sent since.
     origin: u64,
     bits: u64,
     /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.

@@ -45,7 +45,7 @@ impl Memory {
         store.write_at(offset, bytes).ok()
     }
 
-    /// Reads a little-endian word. Returns `None` if it is outside flash and RAM.
+    /// Reads a little-endian word. Returns `None` if the word is outside flash and RAM.
     #[must_use]
     pub fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];

@@ -107,7 +107,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
         Part::Checksum,
         "checksum: a table of bytes is only for a CRC of 8 bits: give a table of words"
     );
-    // The table entry of this byte is the polynomial.
+    // In a correct table, the entry of this byte is the polynomial, so it depends on the CRC.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
     let entry = match crc.table {
         Table::None => Some(crc.remainder(byte)),

@@ -358,7 +358,7 @@ fn assumptions_come_one_by_one_and_mixed() {
     }
     assert!((40..120).contains(&end_first), "{end_first} of 200");
     for (field, changed) in unchanged.iter().zip(changed) {
-        // The first and the last line are no fields. A mix never has `doubled_when_open`, because it may lose a byte.
+        // The first and the last line are no fields. `mixed` never sets `doubled_when_open`.
         let is_changed = field.contains(": ") && !field.contains("doubled_when_open");
         assert_eq!(changed > 20, is_changed, "{field} {changed} of 200");
     }

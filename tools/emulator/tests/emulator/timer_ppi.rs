@@ -89,7 +89,7 @@ fn a_compare_in_the_past_does_not_come() {
 fn shorts_clear_and_stop_at_a_compare() {
     let mut board = microseconds(TIMER2);
     board.set(TIMER2 + CC, 30);
-    // COMPARE[0] clears the timer, so it comes every 30 us.
+    // COMPARE[0] clears the timer, so the event comes every 30 us.
     board.set(TIMER2 + SHORTS, 1);
     board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);

@@ -14,7 +14,7 @@ use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line};
 
-/// The stream. The benchmark writes it here when the program calls `begin`.
+/// The stream. The benchmark writes the stream into this array when the program calls `begin`.
 #[unsafe(no_mangle)]
 static STREAM: [AtomicU8; 1 << 14] = [const { AtomicU8::new(0) }; _];
 
