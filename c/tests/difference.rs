@@ -445,6 +445,8 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         let has_each = (1..=longest).all(|length| slices.contains(&length));
         assert!(has_each, "{slices:?}");
         assert!(polls > 5, "{polls} polls");
+        let has_each = changes.iter().all(|count| *count > 0);
+        assert!(has_each, "{changes:?}");
     }
     steps
 }
