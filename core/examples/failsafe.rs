@@ -8,8 +8,8 @@ use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
 
 pub(crate) fn main() -> Result<(), FailsafeError> {
     let parameters = FailsafeParameters {
-        // The clock counts milliseconds. Hold after a tenth of a second, and move to park after
-        // half a second.
+        // The clock counts milliseconds. Hold the output after a tenth of a second without frames.
+        // Move it to park after half a second without frames.
         hold_after: 100,
         ramp_after: 500,
         park: [128_u8; 3],

@@ -1,4 +1,5 @@
-//! The receiver of frames of any length. It keeps bytes in a buffer as long as they may still become a frame.
+//! The receiver of frames of any length. It keeps bytes in a buffer as long as the bytes may still become part of a
+//! frame.
 //!
 //! ```text
 //!            from                  to     ask_at
@@ -12,7 +13,7 @@
 //! Then one of three things happens:
 //!
 //! * The pending bytes begin with a frame. The receiver delivers the frame, and moves `from` past the frame.
-//! * No frame begins here. The receiver drops one byte, and moves `from` by one.
+//! * No frame begins with the first pending byte. The receiver drops this byte, and moves `from` by one.
 //! * The format needs more bytes to decide. The receiver sets `ask_at` to the value that `to` will have when these
 //!   bytes have come.
 //!
@@ -31,8 +32,8 @@ mod verification;
 /// The receiver of frames of any length up to [`Format::LONGEST`]. It cannot go deaf.
 ///
 /// If your frames have a fixed length of up to 16 bytes, use [`Receiver`](crate::Receiver): it is smaller and faster,
-/// and delivers each frame with the frame's last byte. `BufferedReceiver` consists of a buffer `B` and three more
-/// words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or a `Vec` (see
+/// and delivers each frame with the frame's last byte. `BufferedReceiver` consists of the format, a buffer `B`, and
+/// three indices of the type `usize`. `B` is an array (see [`new`](Self::new)), a borrowed slice, or a `Vec` (see
 /// [`with_buffer`](Self::with_buffer)).
 ///
 /// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
@@ -41,14 +42,14 @@ mod verification;
 /// a byte comes. If the buffer has twice `LONGEST` bytes, the receiver copies on average less than one byte per
 /// received byte.
 ///
-/// Each frame is delivered as a [`Frame`]. It is decoded only when the program asks for its message.
+/// Each frame is delivered as a [`Frame`]. The frame is decoded only when the program asks for the message.
 ///
 /// # The rule
 ///
 /// The receiver goes through the stream from left to right. If a frame begins at the current byte, the receiver
 /// delivers the frame and continues after it. If no frame begins there, the receiver drops one byte. If the format
-/// cannot decide yet, the receiver waits for more bytes (theorem 13a). So it delivers every frame that arrives whole,
-/// unless a delivered frame begins earlier and shares bytes with it (13d).
+/// cannot decide yet, the receiver waits for more bytes (theorem 13a). So the receiver delivers every frame that
+/// arrives whole. The only exception is a frame that shares bytes with an earlier delivered frame (13d).
 ///
 /// # What to expect
 ///
@@ -57,10 +58,10 @@ mod verification;
 ///   last byte. Choose the failsafe's times long enough for this delay.
 /// * **Cost.** Each call of [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, whatever
 ///   the stream (13c). Most calls of `push` only store the byte. The documentation of `framelock-formats` has a table
-///   with the cost per byte, in clean streams and in the worst streams.
-/// * **Limits of every receiver.** A false frame that passes the format's check is delivered, and a true frame that
-///   shares bytes with it is lost. If the first bytes of a frame are lost, bytes of its payload that look like a frame
-///   are delivered as a frame.
+///   with the cost per byte, in clean streams and in the streams that cost the most.
+/// * **Limits of every receiver.** If a false frame passes the format's check, the receiver delivers the false frame,
+///   and loses each true frame that shares bytes with the false one. If the first bytes of a frame are lost, and bytes
+///   of its payload look like a frame, the receiver delivers these bytes as a frame.
 ///
 /// # Examples
 /// ```
@@ -180,7 +181,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
-    /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
+    /// **A call asks the format at most once. So a call may leave bytes undecided, even a whole frame.** After a false
     /// start, later calls decide about these bytes in turn. Each of these calls delivers one frame, or drops one or
     /// more bytes. If no byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line
     /// as a [`line_event`](Self::line_event).
@@ -300,7 +301,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. If no bytes are
-    /// pending before the call, frames that lie whole in the slice are not copied.
+    /// pending before the call, the function does not copy frames that lie whole in the slice.
     ///
     /// The results do not depend on how a stream is cut into slices (theorem 13a). If the call drops `d` bytes and
     /// delivers `f` frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the
@@ -371,7 +372,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// Takes a line event, after which an incomplete frame cannot be continued. Delivers the frames that lie whole in
-    /// the pending bytes, and drops the other bytes. Then nothing is pending (theorem 13f).
+    /// the pending bytes, and drops the other bytes. After the call nothing is pending (theorem 13f).
     ///
     /// Calls the format at most once for each pending byte.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
@@ -392,8 +393,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are the last bytes of the stream
-    /// that may still become part of a frame.
+    /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are those at the end of the
+    /// stream that may still become part of a frame.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.to.saturating_sub(self.from)
@@ -462,7 +463,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // If `seen` is not 0, the format has asked for `seen + 1` bytes. So by law 3, `seen` bytes are incomplete.
+        // If `seen` is not 0, the format has asked for `seen + 1` bytes. So by law 3, the first `seen` bytes are
+        // incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {

@@ -45,7 +45,7 @@ use crate::window::Word;
 /// type Frame = [u8; 25];
 /// # }
 /// ```
-/// A format for which any bytes would be a frame:
+/// A format that accepts any bytes as a frame:
 /// ```compile_fail,E0080
 /// # use framelock::{FixedFormat, Receiver, Shape};
 /// # struct Anything;
@@ -72,7 +72,7 @@ pub trait FixedFormat: 'static {
     const SHAPE: Shape<Self::Frame>;
 
     /// A further check, for example of the frame's checksum or of the range of a value. By default there is no such
-    /// check. The receiver calls this function only with frames whose fixed bytes agree.
+    /// check. The receiver calls this function only with frames that agree with [`SHAPE`](Self::SHAPE).
     const CHECK: Option<fn(Self::Frame) -> bool> = None;
 
     /// Decodes a frame.
@@ -142,8 +142,8 @@ pub struct Shape<F> {
     pattern: u128,
     /// 0xFF at the positions of fixed bytes, and 0 at all others.
     mask: u128,
-    /// The fixed bytes again, the frame's last byte first. A microcontroller needs fewer instructions to look up a byte
-    /// than to shift a word.
+    /// The fixed bytes again, in reverse order: the element at index 0 stands for the frame's last byte. A
+    /// microcontroller needs fewer instructions to look up a byte than to shift a word.
     from_end: [Option<u8>; 16],
     /// The length of the sync: the number of fixed bytes at the start of the frame.
     sync: usize,
@@ -212,8 +212,8 @@ impl<F: FrameBytes> Shape<F> {
 
     /// Returns whether `byte` may be at the position that is `following` bytes before the frame's last byte.
     ///
-    /// Looks up the fixed byte, because shifting a word by a variable amount takes many more instructions on a
-    /// microcontroller.
+    /// Looks up the fixed byte instead of shifting the pattern, because on a microcontroller a shift by a variable
+    /// amount takes many more instructions.
     #[inline]
     pub(crate) fn accepts(&self, byte: u8, following: usize) -> bool {
         match self.from_end.get(following) {

@@ -15,7 +15,8 @@ pub enum Classification {
     Rejected(DiscardReason),
     /// A frame may begin here.
     Incomplete {
-        /// The number of bytes, counted from the first one, that the format needs before it can decide more.
+        /// The number of bytes that the format needs before its classification can change. The bytes are counted from
+        /// the position on.
         at_least: usize,
     },
     /// A frame of this length begins here, whatever bytes follow.
@@ -34,20 +35,19 @@ pub enum Classification {
 ///
 /// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`: `bytes.len() < at_least <= longest()`.
 /// 2. `Rejected` and `Frame` are final: `classify(bytes ++ more) == classify(bytes)`.
-/// 3. If `bytes` are `Incomplete { at_least }`, then `bytes ++ more` are also `Incomplete` as long as they are fewer
-///    than `at_least` bytes.
+/// 3. If `bytes` are `Incomplete { at_least }`, then `bytes ++ more` are also `Incomplete` as long as `bytes ++ more`
+///    has fewer than `at_least` bytes.
 /// 4. A byte that does not [start](Self::starts) a frame is rejected with [`NoSync`](DiscardReason::NoSync),
 ///    whatever bytes follow.
 /// 5. [`classify_after`](Self::classify_after) returns the same as `classify`.
 ///
 /// Every `Layout` keeps these laws (theorem 13g). If you implement a format yourself, test it with `check_laws` of
 /// `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not hang, and counts every
-/// byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut into slices.
+/// byte (theorem 13b). But the delivered frames may then depend on how the stream is cut into slices.
 ///
 /// # Functions for any format
-/// A function that accepts every format with a certain type of message needs the bound `'static`, for the same reason
-/// as a function that accepts every [`Parser`](crate::Parser):
-/// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
+/// If a function accepts every format with a certain type of message, its bound must include `'static`, for example:
+/// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`. The documentation of [`Parser`](crate::Parser) explains why.
 ///
 /// # A format is `Copy`
 /// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
@@ -120,8 +120,8 @@ pub trait Format: Copy {
     #[must_use]
     fn classify(&self, bytes: &[u8]) -> Classification;
 
-    /// Does the same as [`classify`](Self::classify). The first `seen` bytes must be incomplete, so a format that
-    /// searches for a delimiter can skip them. `seen` may be 0.
+    /// Does the same as [`classify`](Self::classify). The caller must already know that the first `seen` bytes are
+    /// incomplete. So if a format searches for a delimiter, it can skip these bytes. `seen` may be 0.
     #[inline]
     #[must_use]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
@@ -136,8 +136,8 @@ pub trait Format: Copy {
         self.classify(&[byte]) != Classification::Rejected(DiscardReason::NoSync)
     }
 
-    /// Decodes a frame. The receiver calls it only with bytes that [`classify`](Self::classify) has found to be
-    /// a frame.
+    /// Decodes a frame. The receiver calls this function only if [`classify`](Self::classify) has found that the bytes
+    /// are a frame.
     #[must_use]
     fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a>;
 }

@@ -1,7 +1,8 @@
 //! The lecture's machine, unchanged: the state machine that D. J. Broderick's lecture teaches and that much firmware in
 //! the field uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes
 //! of any value, then for CR. With the CR it commits all three demands at the same time. It throws away a broken frame
-//! as a whole: a wrong byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
+//! as a whole: if another byte comes where 'A', 'B' or CR is due, the machine returns to its first state. It does so
+//! even if this byte is an 'A'.
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep the
 //! machine out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
@@ -69,8 +70,8 @@ impl core::fmt::Display for State {
 pub struct Lecture {
     /// The byte that the machine waits for.
     pub state: State,
-    /// The temporary setpoints. Each holds the last byte that was stored in it, which may come from an earlier, broken
-    /// frame.
+    /// The temporary setpoints. Each holds the last byte that was stored in it. This byte may come from an earlier,
+    /// broken frame.
     pub temp: Setpoint,
 }
 
@@ -90,7 +91,7 @@ impl Lecture {
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
     pub const fn push(&mut self, byte: u8) -> Option<Setpoint> {
-        // Each row leads to A, unless it sets another state.
+        // Each row leads to state A, unless the row sets another state.
         let before = self.state;
         self.state = State::SyncA;
         match (before, byte) {

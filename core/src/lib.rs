@@ -20,8 +20,9 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass these on as line events, so that no frame contains bytes from both
-//! before and after a line event. A [`Line`] takes bytes and line events, and counts every byte:
+//! The UART also reports errors and pauses. Pass each error and each pause on as a line event. Then no delivered frame
+//! contains bytes from both before and after a line event. A [`Line`] takes bytes and line events, and counts every
+//! byte:
 //!
 //! ```
 //! use framelock::motion::{Bin, Setpoint};
@@ -63,10 +64,10 @@
 //!
 //! # The rule
 //!
-//! The receiver keeps *the longest suffix of the bytes since the last delivered frame that can still become a frame*.
-//! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered
-//! frame. It returns the message of that frame. A receiver that follows this rule cannot go deaf. The lecture's machine
-//! can go deaf (see [`lecture`]).
+//! Take the bytes that have come since the last delivered frame. The receiver keeps *the longest suffix of these bytes
+//! that can still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares no byte
+//! with an earlier delivered frame. The message is decoded from these last bytes. With this rule a receiver cannot go
+//! deaf. The lecture's machine can go deaf (see [`lecture`]).
 //!
 //! # Features
 //!

@@ -16,7 +16,7 @@ pub enum LineEvent {
     Parity,
     /// An overrun: bytes were lost because the program did not read them in time.
     Overrun,
-    /// A break: the line was held low for longer than a byte.
+    /// A break: the line was held low for longer than a byte takes.
     Break,
     /// An idle gap: a pause that is longer than any pause inside a frame.
     Idle,
@@ -185,8 +185,8 @@ pub struct Line<P> {
 }
 
 impl<P> Line<P> {
-    /// Creates a line whose counters are zero. No bytes may be pending in the receiver, because bytes that it took
-    /// earlier are not counted.
+    /// Creates a line whose counters are zero. The receiver must have no pending bytes, because the line has not
+    /// counted the bytes that the receiver took earlier.
     #[must_use]
     pub const fn new(parser: P) -> Self {
         Self::resumed(parser, Counters::ZERO)
@@ -215,7 +215,8 @@ impl<P> Line<P> {
 
 #[cfg(kani)]
 impl<P> Line<P> {
-    /// Returns the line as if it had just discarded bytes, so that its next frame counts as a resynchronisation.
+    /// Returns this line in the state after discarded bytes, so that the line's next frame counts as a
+    /// resynchronisation.
     #[must_use]
     pub const fn after_loss(mut self) -> Self {
         self.ledger.lost = true;
@@ -238,7 +239,7 @@ impl<P: Parser> Line<P> {
     }
 
     /// Returns the message of the next frame among the pending bytes. [`BufferedReceiver::push`] explains when there is
-    /// one.
+    /// such a frame.
     ///
     /// [`BufferedReceiver::push`]: crate::BufferedReceiver::push
     #[inline]
@@ -283,8 +284,8 @@ impl<P: Parser> Line<P> {
 
     /// Returns an iterator over the messages in a slice, for messages that own their data.
     ///
-    /// The iterator takes bytes only when its `next` is called. Run the iterator to its end, as a `for` loop does,
-    /// because it takes the bytes after the last frame only when it returns `None`. To stop between frames and continue
+    /// The iterator takes bytes only when its `next` is called. Run the iterator to its end, as a `for` loop does. The
+    /// iterator takes the bytes after the last frame only when it returns `None`. To stop between frames and continue
     /// later, use [`Line::next`](Self::next).
     ///
     /// # Examples
@@ -316,8 +317,8 @@ impl<P: Parser> Line<P> {
     }
 
     /// Counts a line event. Delivers the frames that lie whole in the pending bytes, discards the other pending bytes,
-    /// and reports all of them. So no later frame contains a byte from before the event (theorems 8 and 13f). Only a
-    /// [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
+    /// and reports the outcome of each pending byte. So no later frame contains a byte from before the event (theorems
+    /// 8 and 13f). Only a [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
     ///
     /// Do not push a byte that arrived with an error. Report the error as a line event instead.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
@@ -329,7 +330,8 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// Returns the number of pending bytes: the last bytes of the stream that may still become part of a frame.
+    /// Returns the number of pending bytes. These are the bytes at the end of the stream that may still become part of
+    /// a frame.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.parser.pending()

@@ -7,9 +7,9 @@ use crate::LineEvent;
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the [lecture's
-/// machine](crate::lecture::Lecture) implement it. Each type also has inherent functions with the same names, so a
-/// program that uses only one of the types need not import the trait. [`Line`](crate::Line) and the readers accept
-/// any `Parser`.
+/// machine](crate::lecture::Lecture) implement it. Each type also has inherent functions with the names of the trait's
+/// functions. So if a program uses only one of the types, it need not import the trait. [`Line`](crate::Line) and the
+/// readers accept any `Parser`.
 ///
 /// # Functions for any machine
 /// A function that accepts every machine with a certain type of message `M` has the bound
@@ -50,11 +50,12 @@ pub trait Parser {
     fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<Self::Message<'_>>));
 
     /// Takes a line event, after which an incomplete frame cannot be continued. Decides and reports the outcome of each
-    /// pending byte. Then no byte is pending, so no later frame contains a byte from before the event (theorems 8 and
-    /// 13f).
+    /// pending byte. After the call no byte is pending, so no later frame contains a byte from before the event
+    /// (theorems 8 and 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Returns the number of pending bytes: the last bytes of the stream that may still become part of a frame.
+    /// Returns the number of pending bytes. These are the bytes at the end of the stream that may still become part of
+    /// a frame.
     fn pending(&self) -> usize;
 
     /// Forgets the pending bytes, as if the machine had never received anything.
@@ -102,7 +103,7 @@ pub enum Found<Message> {
     Discarded {
         /// Number of bytes, at least one.
         count: usize,
-        /// Why they are part of no frame.
+        /// Why these bytes are part of no frame.
         why: DiscardReason,
     },
 }

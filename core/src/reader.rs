@@ -82,7 +82,7 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         &mut self.line
     }
 
-    /// Returns the source. Bytes that were read from it but not yet parsed are lost.
+    /// Returns the source. Loses the bytes that the reader has read from the source but has not parsed yet.
     #[must_use]
     pub fn into_source(self) -> R {
         self.source
@@ -106,7 +106,7 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
     ///
     /// # Errors
     /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
-    /// occurred, first report the event to [`line_mut`](Self::line_mut).
+    /// occurred, report the event to [`line_mut`](Self::line_mut) before the next call.
     pub fn next_message<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,
@@ -145,7 +145,7 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     ///
     /// # Errors
     /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
-    /// occurred, first report the event to [`line_mut`](Self::line_mut).
+    /// occurred, report the event to [`line_mut`](Self::line_mut) before the next call.
     pub async fn next_message_async<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,

@@ -9,7 +9,7 @@ use crate::{DiscardReason, FixedFormat, Found, FrameBytes, LineEvent, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
-/// Two receivers are equal if the same bytes are pending in both. From then on they behave alike.
+/// Two receivers are equal if the same bytes are pending in both. Equal receivers treat all later bytes alike.
 ///
 /// # Examples
 /// The lecture's second example: the line has lost two bytes of the first frame. The lecture's machine loses both
@@ -56,8 +56,8 @@ impl<F: FixedFormat> Receiver<F> {
     /// Takes the next byte of the stream. Returns the message if this byte completes a frame.
     ///
     /// Returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered frame.
-    /// It returns the message of that frame (theorems 3 and 4). The cost is bounded: a masked comparison, a shift, and
-    /// the format's check if the fixed bytes agree.
+    /// The message is decoded from these last bytes (theorems 3 and 4). The cost of each call is bounded: a masked
+    /// comparison, a shift, and the format's check if the fixed bytes are right.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message> {
         let frame = self.window.push(&F::SHAPE, byte, Self::check);
@@ -110,8 +110,8 @@ impl<F: FixedFormat> Receiver<F> {
         self.reset();
     }
 
-    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
-    /// stream that may still become part of a frame.
+    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are those at the end of
+    /// the stream that may still become part of a frame.
     ///
     /// Makes at most one comparison per pending byte.
     #[must_use]

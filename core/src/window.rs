@@ -17,13 +17,13 @@
 //! The next byte completes a frame if three conditions hold:
 //!
 //! * The marker is at the top, so none of the bytes belongs to an earlier frame.
-//! * The fixed bytes agree. One masked comparison tests the marker and the fixed bytes together.
+//! * The fixed bytes agree with the shape. One masked comparison tests the marker and the fixed bytes together.
 //! * The frame passes the format's own check.
 //!
 //! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
-//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares with the shape
-//! *every* stretch of the stream that is as long as a frame and overlaps no delivered frame.
+//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
+//! the stream with the shape, if the stretch is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
 //! *note* in the word's four highest bits, which states how many more bytes can become pending. `push` ignores the note
@@ -71,10 +71,10 @@ pub trait Word:
     /// Returns a word with 1s in its lowest `count` bytes. `count` is less than the size of the word.
     fn lowest_bytes(count: usize) -> Self;
 
-    /// Shifts left by `count` bytes, fewer than the word has.
+    /// Shifts left by `count` bytes. `count` is less than the number of bytes in the word.
     fn up(self, count: usize) -> Self;
 
-    /// Shifts right by `count` bytes, fewer than the word has.
+    /// Shifts right by `count` bytes. `count` is less than the number of bytes in the word.
     fn down(self, count: usize) -> Self;
 
     /// Returns the number of leading zero bytes.
@@ -161,7 +161,7 @@ impl<F: FrameBytes> Window<F> {
 
     /// Takes `byte`. If `byte` completes a frame, returns the frame, in the lowest bytes of the word.
     ///
-    /// Calls `check` only with a frame whose fixed bytes agree. Apart from `check`, each byte costs the same few
+    /// Calls `check` only with a frame that agrees with the shape. Apart from `check`, each byte costs the same few
     /// operations in every state: a masked comparison, a shift, and a test of the marker.
     #[inline]
     pub(crate) fn push(
@@ -274,8 +274,8 @@ impl<F: FrameBytes> Window<F> {
     /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The outcomes and
     /// their order are those of [`push_with`](Self::push_with), however a stream is cut into slices.
     ///
-    /// As long as the rest of the slice is at least as long as a [`Word`], the function compares positions in the slice
-    /// itself, and the window stays empty. Only bytes at the slice's two ends go through the window.
+    /// As long as the rest of the slice is at least as long as a [`Word`], the function compares the slice's own bytes
+    /// with the shape, and the window stays empty. Only bytes at the slice's two ends go through the window.
     #[inline]
     pub(crate) fn feed(
         &mut self,
@@ -284,7 +284,7 @@ impl<F: FrameBytes> Window<F> {
         check: impl Fn(F::Word) -> bool,
         mut found: impl FnMut(Found<F::Word>),
     ) {
-        // Bytes from before the slice may be pending. Push bytes of the slice one by one until the earlier ones are
+        // Bytes from before the slice may be pending. Push bytes of the slice one by one until the earlier bytes are
         // decided.
         let mut at = 0_usize;
         while at < Self::MOST && self.pending(shape) > 0 {
@@ -308,9 +308,9 @@ impl<F: FrameBytes> Window<F> {
                 found(Found::Discarded { count, why });
                 rest = rest.get(count..).unwrap_or_default();
             }
-            // The next block, if there is a whole one, contains a byte that can begin a frame. Compare positions one by
-            // one until a whole block has been discarded. Searching for skippable blocks at each position would cost
-            // more than it saves.
+            // If the rest has a whole block, the first block contains a byte that can begin a frame. Compare with the
+            // shape at one position after another, until `BLOCK` bytes have been discarded. Searching for skippable
+            // blocks at each position would cost more time than it saves.
             let mut dropped = 0_usize;
             while dropped < BLOCK {
                 let Some(message) = first_of(rest) else {
@@ -352,8 +352,8 @@ impl<F: FrameBytes> Window<F> {
         }
     }
 
-    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
-    /// stream that may still become part of a frame.
+    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are those at the end of
+    /// the stream that may still become part of a frame.
     #[inline]
     pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
         match self.0.note() {
@@ -373,7 +373,7 @@ impl<F: FrameBytes> Window<F> {
         pending
     }
 
-    /// Returns whether the same bytes are pending in both windows. If so, both behave alike from then on.
+    /// Returns whether the same bytes are pending in both windows. If so, both windows treat all later bytes alike.
     pub(crate) fn agrees_with(self, other: Self, shape: &Shape<F>) -> bool {
         let pending = self.pending(shape);
         let differs = (self.0 ^ other.0) & F::Word::lowest_bytes(pending);

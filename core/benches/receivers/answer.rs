@@ -1,4 +1,5 @@
-//! The answer of a contender: cheap to compute, and unlikely to be right by chance.
+//! The answer of a contender. The answer is cheap to compute, and a wrong contender is unlikely to return the right
+//! answer by chance.
 
 use framelock::Found;
 use framelock::motion::Setpoint;
@@ -24,7 +25,7 @@ impl Answer {
     }
 
     /// Adds the outcome of the next bytes. `behind` is the number of bytes before the new ones. This function adds the
-    /// number of new bytes to it.
+    /// number of new bytes to `behind`.
     #[inline]
     pub(crate) fn found(&mut self, behind: &mut usize, found: Found<Setpoint>) {
         *behind += found.bytes();

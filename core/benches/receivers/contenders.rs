@@ -161,7 +161,8 @@ pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
 }
 
 /// Yardstick: decodes the frames' payloads from COBS messages. COBS is a framing that is designed for easy decoding.
-/// Each message counts as a frame of seven bytes, so that the throughputs are comparable.
+/// Each message counts as a frame of seven bytes, so that the throughput is comparable with that of the other
+/// contenders.
 pub(crate) fn cobs_decode(encoded: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut decoder = CobsDecoderOwned::new(4);

@@ -1,8 +1,8 @@
-//! The goals for the speed of `feed`. Each goal is a multiple of another contender's speed.
+//! The goals for the speed of `feed`. Each goal states how many times as fast as another contender `feed` must be.
 //!
-//! This module measures the goals without criterion, so that other load on the machine cannot favour one contender. The
-//! two contenders of a ratio run alternately on pieces of the stream. The pieces are so short that a run is seldom
-//! interrupted. The median of many rounds is printed.
+//! This module measures the ratio of the two speeds without criterion, so that other load on the machine cannot favour
+//! one contender. The two contenders run alternately on pieces of the stream. The pieces are so short that a run is
+//! seldom interrupted. The module prints the median of the ratios of all pieces in all rounds.
 
 use std::hint::black_box;
 use std::time::Instant;

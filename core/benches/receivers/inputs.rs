@@ -1,4 +1,4 @@
-//! The input streams of the contenders. They are the same in every run.
+//! The input streams of the contenders. The streams are the same in every run.
 
 use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
@@ -10,7 +10,7 @@ fn size() -> usize {
     1 << if is_timed { 20 } else { 16 }
 }
 
-/// A stream, and the name of its benchmarks.
+/// A stream, and the name of the benchmarks that use the stream.
 pub(crate) struct Input {
     pub(crate) name: &'static str,
     pub(crate) bytes: Vec<u8>,

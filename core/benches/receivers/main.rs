@@ -40,9 +40,9 @@ fn main() {
     cobs(&mut criterion, &inputs::clean_frames());
     criterion.final_summary();
 
-    // Skip the goals if the user has picked other benchmarks. Also skip them if cargo does not pass `--bench`, because
-    // then only the answers are checked. No benchmark has "goals" in its name, so the argument "goals" picks only the
-    // goals.
+    // Skip the goals if the user has picked other benchmarks. Also skip the goals if cargo does not pass `--bench`,
+    // because then only the answers are checked. No benchmark has "goals" in its name, so the argument "goals" picks
+    // only the goals.
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if arguments.iter().any(|argument| argument == "--bench")
         && arguments

@@ -19,16 +19,17 @@
 //! the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and the events of
 //! the step are the next events of the reference ([`steps`]):
 //!
-//! * `decide` asks the format once, about the first pending place. If the answer is a frame or a drop, the
-//!   reference finds the same, because by law 2 more bytes do not change the answer. Otherwise both wait.
+//! * `decide` asks the format once, about the first pending place. If the answer is a frame or a rejection, the
+//!   reference gets the same answer, because by law 2 more bytes do not change an answer of these two kinds. Otherwise
+//!   both wait.
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, also when the pending bytes move to the front. `next` stores as many bytes as the
 //!   format needs to decide.
 //! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the
-//!   whole slice. Runs of dropped bytes that are longer than the slices in these harnesses are covered in
-//!   `noise::verification`.
-//! * `give_back` either returns a slice that begins with the bytes that were pending, and leaves nothing pending, or
-//!   changes nothing.
+//!   whole slice. The module `noise::verification` covers runs of dropped bytes that are longer than the slices in
+//!   these harnesses.
+//! * `give_back` has two possible results. Either it returns a slice that begins with the pending bytes, and then
+//!   nothing is pending any more. Or it changes nothing.
 //!
 //! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the pending
 //! bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these loops on a
@@ -40,9 +41,9 @@
 //! least one byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
-//! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of
-//! an empty slice, or a line event decides about these bytes, because their loops continue from any state that fits
-//! (`poll` is `next` of an empty slice).
+//! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an
+//! empty slice, or a line event then decides about these bytes. Each of the three runs a loop that continues from any
+//! state that fits (`poll` is `next` of an empty slice).
 //!
 //! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
 //! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
@@ -50,11 +51,11 @@
 //! continues when more bytes follow the frame, or at a line event.
 //!
 //! **13e: latency.** Let `n` be the length of a frame. The decision about it comes within `LONGEST - n` bytes after its
-//! last byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n` bytes of
-//! the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower,
-//! `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. The reason is that while
-//! such a frame is undecided, the reference has stopped at an earlier place, whose byte is pending, too. Streams exist
-//! that reach both bounds ([`reference`]).
+//! last byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n`
+//! bytes of the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one
+//! byte lower, `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. While such a
+//! frame is undecided, the reference has stopped at an earlier place. The byte at this earlier place is pending, too,
+//! and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
 //! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]

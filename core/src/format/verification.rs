@@ -37,7 +37,7 @@ impl Row {
         (length >= self.settled_at).then_some(self.settled)
     }
 
-    /// Classifies `length` bytes. If they are incomplete, `at_least` may differ from call to call.
+    /// Classifies `length` bytes. If these bytes are incomplete, `at_least` may differ from one call to the next.
     pub fn classify(&self, length: usize) -> Classification {
         self.settled(length).unwrap_or_else(|| {
             let at_least = any_up_to(self.settled_at);
@@ -62,7 +62,8 @@ pub fn any_mismatch() -> DiscardReason {
 }
 
 /// Returns `items[from..to]`. Indexing with a range would add the code that formats the range for the panic message.
-/// Without this code a harness has half as many functions, so Kani needs half the time to prepare it.
+/// Without this code a harness has half as many functions as with it, so Kani needs half the time to prepare the
+/// harness.
 ///
 /// # Panics
 /// Panics if the range is not within the items.

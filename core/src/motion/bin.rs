@@ -67,7 +67,7 @@ impl Encode for BinCrc8 {
 ///
 /// The code, whose words are four bytes followed by their checksum, has Hamming distance 4. The function takes 32
 /// steps, each with one shift and one exclusive or. A faster function with a table would not be worth the flash,
-/// because the receiver computes a checksum only when all fixed bytes agree.
+/// because the receiver computes a checksum only when all fixed bytes are right.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {

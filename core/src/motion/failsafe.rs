@@ -45,15 +45,15 @@ mod sealed {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FailsafeParameters<D, const AXES: usize> {
-    /// The silence after which the failsafe holds the output, at least 1. Choose it longer than any pause of the line
-    /// in normal use.
+    /// The length of the silence after which the failsafe holds the output. It is at least 1 tick. Choose it longer
+    /// than any pause of the line in normal use.
     pub hold_after: u32,
-    /// The silence after which the failsafe moves the output to park, at least `hold_after`.
+    /// The length of the silence after which the failsafe moves the output to park. It is at least `hold_after`.
     pub ramp_after: u32,
     /// The position of each axis when no frames come.
     pub park: [D; AXES],
-    /// The time in ticks that each axis takes for one unit of demand, which bounds its speed. For demands of 16 bits
-    /// use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
+    /// The time in ticks that each axis takes for one unit of demand. This time bounds the axis's speed. For demands of
+    /// 16 bits use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
     pub ticks_per_unit: [NonZeroU32; AXES],
 }
 
@@ -139,8 +139,8 @@ pub struct Output<D, const AXES: usize> {
 /// program passes in the time, as a counter that may wrap.
 ///
 /// Call [`frame`](Self::frame) for each frame, and [`poll`](Self::poll) to get the output. Pass the current time to
-/// both. Call one of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long
-/// silence and moves the output to park, which is safe.
+/// both. The time between two calls must be shorter than the counter's period. If the time goes backwards, the failsafe
+/// assumes a long silence and moves the output to park, which is safe.
 ///
 /// Outside [`Phase::Live`] an axis moves at most one unit per `ticks_per_unit` ticks. This bounds the return from park,
 /// too, so after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]

@@ -2,8 +2,8 @@
 
 use super::{BLOCK, blocks_without_start, run_without_start};
 
-/// Returns whether the byte is odd. The harnesses use the odd bytes as those that start a frame. This choice stands for
-/// any format, because the search uses no property of a byte except whether it starts a frame.
+/// Returns whether the byte is odd. In the harnesses the odd bytes start a frame, and the even bytes do not. This
+/// choice stands for any format, because the search uses no property of a byte except whether it starts a frame.
 fn is_odd(byte: u8) -> bool {
     byte % 2 == 1
 }

@@ -9,8 +9,8 @@ use std::{vec, vec::Vec};
 use super::{BLOCK, Window};
 use crate::{DiscardReason, Found, FrameBytes, Shape};
 
-/// Draws one of three values, so that bytes often agree with the format. 0 is one of them, because the word is 0 above
-/// the window's marker.
+/// Draws one of three values, so that bytes often agree with the format. One of the three values is 0, because the word
+/// is 0 above the window's marker.
 fn byte() -> impl Strategy<Value = u8> {
     prop::sample::select(vec![0, 1, 2])
 }

@@ -1,5 +1,5 @@
-//! Theorems about the engine, for every format. A format fixes the value of each byte of the frame or leaves it free,
-//! and may have any further check. Each module has one harness per length of frame.
+//! Theorems about the engine, for every format. For each byte of the frame, a format either fixes the value or allows
+//! any value. The format may also have any further check. Each module has one harness per length of frame.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window
 //! with a note, from which the number of pending bytes follows. The harnesses start from any window of either kind
@@ -7,9 +7,9 @@
 //!
 //! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,
 //! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
-//! byte. The harness shows that the window delivers exactly when the theorem says so, and that it then holds the last
-//! bytes of the longer history. `EMPTY` holds the end of the empty history, so the theorem holds after every stream
-//! ([`commits`]).
+//! byte. The harness shows that the window delivers exactly when the theorem says so, and that the window then holds
+//! the last bytes of the history with the new byte appended. `EMPTY` holds the end of the empty history, so the theorem
+//! holds after every stream ([`commits`]).
 //!
 //! **Theorem 6: slices.** [`feed`](Window::feed) delivers the same frames and discards the same bytes as pushing the
 //! bytes one by one, and leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough,
@@ -28,10 +28,11 @@
 //! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
 //!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
 //!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
-//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, suppose that as many of
-//!    these bytes as a frame has were pushed. They would deliver nothing, and the same bytes would be pending as if the
-//!    first one had never come. So `feed` discards the first byte and examines the next position ([`starts`]). By
-//!    [`reasons`], the reason is the same whether it is found early or in the whole frame. Between iterations, `feed`
+//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, suppose that the first
+//!    `LENGTH` of these bytes were pushed, where `LENGTH` is the length of a frame. The window would deliver nothing,
+//!    and the same bytes would be pending as if the first pushed byte had never come. So `feed` discards the first byte
+//!    and examines the next position ([`starts`]). `push_with` may find the reason for discarding a byte earlier than
+//!    `feed`, before `LENGTH` bytes have come. By [`reasons`], both find the same reason. Between iterations, `feed`
 //!    discards several bytes together only if no frame can begin with any of them (`noise::verification`). So
 //!    `push_with` would discard each of these bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
@@ -166,8 +167,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. If a window also
-/// holds bytes that are not pending, the same bytes are pending as in a window that holds only the pending ones.
+/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. A window may also
+/// hold bytes that are not pending. Leaving these bytes out does not change which bytes are pending.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -276,8 +277,8 @@ impl Discarded {
     }
 }
 
-/// Checks the positions of a slice at which the second loop of `feed` compares a whole frame. At each of them, pushing
-/// the bytes has the same result as the comparison.
+/// Checks the positions of a slice at which the second loop of `feed` compares a whole frame. At each of these
+/// positions, pushing the bytes has the same result as the comparison.
 fn start_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -376,7 +377,8 @@ where
 
 /// Compares `feed` as a whole with single pushes, for the frame 1, 0. This checks the argument above, and that nothing
 /// panics. Returns for each position whether a frame ends there.
-// Never inlined. Otherwise the solver would unwind this function's loops again for each iteration of the caller's loop.
+// Never inlined, because otherwise the solver would unwind this function's loops again for each iteration of the
+// caller's loop.
 #[inline(never)]
 fn slice_is_pushed<const LENGTH: usize>(
     before: Window<[u8; 2]>,

@@ -32,9 +32,9 @@ fn every_stream_of_ten_bytes() {
     }
 }
 
-/// Checks every stream of up to seven bytes over the same alphabet on the fast path for slices. The stream lies in a
-/// slice that is long enough for this path. Frames or noise come before and after the stream, so that it also lies
-/// across the edge of a block.
+/// Checks every stream of up to seven bytes over {'A', 'B', CR, other}, on the fast path for slices. The stream lies in
+/// a slice that is long enough for this path. Frames or noise come before and after the stream, so that the stream also
+/// lies across the edge of a block.
 #[test]
 fn every_stream_of_seven_bytes_within_a_long_slice() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];

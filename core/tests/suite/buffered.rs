@@ -71,7 +71,7 @@ fn slices_that_are_cut_anywhere_lose_nothing() {
     }
 }
 
-/// The false start still waits for bytes. The line event drops it, and delivers the frame after it.
+/// The false start still waits for bytes. The line event drops the false start, and delivers the frame after it.
 #[test]
 fn a_line_event_delivers_the_frame_after_a_false_start() {
     let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);

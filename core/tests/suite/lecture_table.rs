@@ -1,5 +1,5 @@
-//! Compares the lecture's machine, and the receiver in the same states, with their tables, for every state and every
-//! byte.
+//! Checks every state and every byte: the lecture's machine follows the lecture's table, and the receiver differs from
+//! this table in two rows only.
 
 use framelock::Receiver;
 use framelock::lecture::{Lecture, State};

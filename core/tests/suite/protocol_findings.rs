@@ -102,8 +102,9 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     assert_eq!(machine, after_one);
 }
 
-/// Finding 1 in numbers: there are 256 payloads that consist of the bytes 0D, 41, 42 and 80. 39 of these payloads can
-/// make the lecture's machine deaf if a sender repeats one of them. None of the 256 makes the receiver deaf.
+/// Finding 1 in numbers: there are 256 payloads in which each of the four bytes is 0D, 41, 42 or 80. 39 of these
+/// payloads can make the lecture's machine deaf if a sender repeats one of them. None of the 256 makes the receiver
+/// deaf.
 #[test]
 fn how_many_constant_payloads_can_make_it_deaf() {
     let alphabet = [0x0D, 0x41, 0x42, 0x80];

@@ -90,8 +90,8 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
     Ok(())
 }
 
-/// Frames of any length borrow from the receiver. After a false start, two frames are complete. The reader returns both
-/// before it asks its source for more bytes.
+/// The frames of a [`BufferedReceiver`] borrow from the receiver. After a false start, two frames are complete. The
+/// reader returns both before it asks its source for more bytes.
 #[test]
 fn frames_of_any_length_are_read() {
     let uart = Uart(vec![

@@ -1,5 +1,5 @@
-//! A second, independent implementation of the receiver's rule: the receiver keeps the longest
-//! suffix of the bytes since the last delivered frame that can still become a frame.
+//! A second, independent implementation of the receiver's rule: among the bytes since the last delivered frame, the
+//! receiver keeps the longest suffix that can still become a frame.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Receiver};
@@ -32,7 +32,7 @@ fn after<F: FixedFormat>(history: &[u8]) -> Receiver<F> {
     receiver
 }
 
-/// Checks the step for every byte that may follow the history.
+/// Checks the receiver's step for every byte that may follow the history.
 fn step_by_the_rule<F, R>(history: &[u8])
 where
     F: FixedFormat<Message = Setpoint>,

@@ -63,7 +63,8 @@ fn what_is_not_rejected_starts() {
     kani::cover!(starts, "a byte that starts a frame");
 }
 
-/// `poll` finds a frame among the bytes that `push` has left undecided, whether called on the receiver or on a line.
+/// `poll` finds a frame among the bytes that `push` has left undecided. The harness calls `poll` on the receiver and on
+/// a line.
 #[kani::proof]
 #[kani::unwind(3)]
 fn what_is_left_is_found() {

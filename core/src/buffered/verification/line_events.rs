@@ -4,7 +4,7 @@ use super::{Any, Asked, any_receiver, are_places, fits, for_longest};
 use crate::{Classification, DiscardReason, Found};
 
 /// The iteration looks for the first pending place that starts a frame, and drops all places that precede it. Then it
-/// does the same as the reference at the end of a stream, which drops a byte instead of waiting.
+/// does the same as the reference at the end of a stream. There the reference drops a byte instead of waiting.
 fn first_place_is_ended<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);

@@ -92,8 +92,8 @@ fn no_frame_is_passed_over_of_4() {
 
 const LONGEST: usize = 4;
 
-/// A format in which the byte 0 looks like the start of a frame until `L` bytes have come, the byte 1 is a frame, and
-/// no other byte starts a frame.
+/// A format with three rules. The byte 0 looks like the start of a frame until `L` bytes have come. The byte 1 is a
+/// frame. No other byte starts a frame.
 #[derive(Clone, Copy)]
 struct FalseStart<const L: usize>;
 
@@ -111,7 +111,7 @@ impl<const L: usize> Format for FalseStart<L> {
 }
 
 /// Some streams reach the bounds of 13e. After a false start, `feed` delivers a frame of one byte when `LONGEST - 2`
-/// bytes have come after the frame. `push` delivers it one byte later.
+/// bytes have come after the frame. `push` delivers the same frame one byte later than `feed`.
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {

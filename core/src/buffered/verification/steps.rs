@@ -1,4 +1,4 @@
-//! 13a: each step of the receiver is the reference's next step, or prepares it.
+//! 13a: each step of the receiver either is the reference's next step, or prepares the reference's next step.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, part};

@@ -11,8 +11,9 @@
 //!   the time. Second, the ticks left do not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1,
 //!   the quotient is the largest distance that an axis can move. So at the end the division has counted every unit for
 //!   which the time suffices, and has lost no tick.
-//! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). One harness
-//!   checks the division and the move together, for times shorter than two units take ([`axis_moves_at_its_rate`]).
+//! * An axis moves by as many units as the quotient says, but no further than its target
+//!   ([`axis_stops_at_its_target`]). One harness checks the division and the move together, for times that are shorter
+//!   than the time for two units ([`axis_moves_at_its_rate`]).
 //! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).
 //! * Until the hold begins, ticks move the axis towards the demand. From the hold to the ramp, ticks do not move the
 //!   axis. From the ramp on, ticks move the axis towards park ([`ticks_are_shared_out`]). Each axis uses its own rate
@@ -222,8 +223,9 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Observes how many ticks one axis receives. The rate of this axis is so slow that its ticks, towards the demand and
-/// towards park together, never suffice for a whole unit. All other axes are already at their targets.
+/// Observes how many ticks one axis receives. This axis is so slow that its ticks never suffice for a whole unit, even
+/// if the ticks towards the demand and the ticks towards park are added up. All other axes are already at their
+/// targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
@@ -343,8 +345,9 @@ fn parked_is_parked() {
     kani::cover!(rate.get() > 1, "a slow axis");
 }
 
-/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any output. The
-/// bound is exact: if all axes begin as far from park as possible, they are not all at park one tick earlier.
+/// Every axis is at park when [`FailsafeParameters::parked_after`] ticks have passed since a frame, whatever the
+/// demands of the frame are, and wherever the axes are at that time. The bound is exact: if all axes begin as far from
+/// park as possible, they are not all at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
     let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
     let mut failsafe = any_failsafe::<D, AXES>(rates);
