@@ -226,8 +226,8 @@ def subtract(a, b, _):
     return a - b, z3.UGE(a, b), (a ^ b) & (a ^ (a - b)) < 0
 
 SHIFTS = {arm.ARM_SFT_ASR: "asr", arm.ARM_SFT_LSL: "lsl", arm.ARM_SFT_LSR: "lsr"}
-# Each function takes two operands and the carry. It returns the result, and then carry and overflow. If it does not return
-# these two, the carry is that of the last operand.
+# Each function takes two operands and the carry. It returns either the result, the new carry and the new overflow flag,
+# or only the result. In the second case, the new carry is that of the last operand.
 OPERATIONS = {
     "add": lambda a, b, c: (a + b, z3.ULT(a + b, a), (a ^ (a + b)) & (b ^ (a + b)) < 0),
     "sub": subtract, "cmp": subtract, "rsb": lambda a, b, c: subtract(b, a, c),

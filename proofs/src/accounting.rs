@@ -8,10 +8,10 @@
 //! for any values of the counters, even if they are about to wrap. A fed slice has the same effect as pushing its bytes
 //! (theorem 6).
 //!
-//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte. When it takes a
-//! byte, it reports exactly this byte and the pending bytes, in frames or as discarded, or leaves them pending
-//! (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a
-//! byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
+//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte. When the engine has
+//! taken a byte, this byte and each byte that was pending is either reported, in a frame or as discarded, or still
+//! pending (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted),
+//! whether a byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
 //! event](each_line_event_is_counted), and [counts one resynchronisation after each loss](each_loss_ends_once).
 //!
 //! For every format of any length, `BufferedReceiver` puts each byte into exactly one event or leaves it pending
@@ -26,8 +26,8 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Returns a line with this parser. All counters of bytes and frames have the value `start`. One value for all
-/// suffices, because no counter depends on another.
+/// Returns a line with this parser. All counters of bytes and frames have the value `start`. One value for all counters
+/// suffices, because no counter depends on another counter.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
@@ -66,7 +66,7 @@ fn placed(counters: &Counters, start: u32) -> u8 {
         + up(discarded.line_event, start)
 }
 
-/// Does the same as [`placed`], and checks the counter of frames, for a parser whose frames all have the same length.
+/// Does the same as [`placed`], and checks the counter of frames. All frames of the parser must have the same length.
 fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);

@@ -12,7 +12,7 @@
 //!   the first wrong one, and with this wrong byte the machine returns to the state at reset.
 //! * If the stream ends before the bytes are decided, all of them are pending.
 //!
-//! To check this argument, harnesses also run the reference itself on whole streams of up to 16 bytes.
+//! To check this argument, two harnesses also compare a machine with the reference on whole streams of up to 16 bytes.
 
 use framelock::any_format::part;
 use framelock::lecture::{Lecture, State};

@@ -1,11 +1,12 @@
 //! Theorems 3 and 4. A receiver delivers a setpoint exactly when its last bytes are a frame that shares no byte with an
-//! earlier delivered frame. It does so in the step that takes the frame's last byte, and the setpoint is the one in
-//! that frame (R1, R2, R4). The lecture's machine commits no other frames (M2), but it does not commit all of them.
+//! earlier delivered frame. It does so in the step that takes the last of these bytes, and the setpoint is the one in
+//! these bytes (R1, R2, R4). The lecture's machine also commits only frames, and none that shares a byte with a frame
+//! that it has committed itself (M2). But it does not commit all such frames.
 //!
 //! Proof by induction. The harness takes any history, a machine whose state matches the history, and any next byte. It
-//! shows that the machine delivers exactly when the theorems say so, and that the new state matches the longer history.
-//! The state at reset matches the empty history, so the theorems hold after every stream. The module `commits` in
-//! `core/src/window/verification.rs` has the proof for every format.
+//! shows that the machine delivers exactly when the theorems say so, and that the new state matches the history with
+//! this byte appended. The state at reset matches the empty history, so the theorems hold after every stream. The
+//! module `commits` in `core/src/window/verification.rs` has the proof for every format.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
@@ -53,7 +54,8 @@ fn bin_crc8() {
 }
 
 /// Returns whether the machine's state matches the history. The pending bytes must have come after the last commit, and
-/// must be the beginning of a frame. The temporary setpoints that these bytes have set must contain them.
+/// must be the beginning of a frame. If a pending byte is a demand, the temporary setpoint for this demand must contain
+/// the byte.
 fn matches(machine: Lecture, history: History<7>) -> bool {
     let taken = machine.pending();
     let at = |place: usize| history.last[7 - taken + place];

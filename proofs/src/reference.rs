@@ -2,8 +2,9 @@
 //!
 //! It follows the protocol's text, and is written to be obviously right rather than fast:
 //!
-//! * **framelock**: if a frame is at a position, the reference delivers it and continues after it. Otherwise it drops
-//!   one byte. So the reference delivers the leftmost non-overlapping matches of the byte regex `(?s-u)AB.{4}\r`.
+//! * **framelock**: if a frame begins at a position, the reference delivers the frame and continues after the frame.
+//!   Otherwise it drops one byte. So the reference delivers the leftmost non-overlapping matches of the byte regex
+//!   `(?s-u)AB.{4}\r`.
 //! * **lecture**: as for framelock, but if there is no frame, the reference drops all bytes up to and including the
 //!   first wrong one: one byte if the first is not `'A'`, two if the second is not `'B'`, seven if the last is not CR.
 //!   The format [`Lecture`] defines this.

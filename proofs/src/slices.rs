@@ -11,7 +11,7 @@ use framelock::{DiscardReason, Found, Parser, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
-/// The outcome of a slice of `N` bytes: the setpoint that each byte delivered, and the number of bytes discarded for
+/// The outcome of a slice of `N` bytes: the setpoint delivered with each byte, and the number of bytes discarded for
 /// each reason.
 #[derive(Clone, Copy)]
 struct Report<const N: usize> {
@@ -84,7 +84,8 @@ fn lecture() {
 }
 
 /// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset, `feed`
-/// of one byte discards the byte or leaves it pending. A receiver with a pending byte is not equal to one without.
+/// of one byte discards the byte or leaves it pending. A receiver with a pending byte is not equal to a receiver
+/// without a pending byte.
 #[kani::proof]
 #[kani::unwind(9)]
 fn receiver_is_its_window() {

@@ -38,8 +38,8 @@ impl<const N: usize> History<N> {
         self
     }
 
-    /// Returns the receiver after this stream. A delivered frame leaves the receiver in its state at reset. Of the
-    /// bytes after this frame, only the last `N - 1` matter, where `N` is a frame's length (`commits` in the engine's
+    /// Returns the receiver after this stream. A delivered frame leaves the receiver in its state at reset. Let `N` be
+    /// a frame's length. Only the last `N - 1` bytes after the delivered frame matter (`commits` in the engine's
     /// proofs).
     ///
     /// Either `push` or `push_with` has taken the last byte. Earlier calls make no difference, because only the last

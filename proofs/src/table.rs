@@ -1,5 +1,6 @@
 //! Theorem 2: bounded state. From each of the lecture's seven states, each byte leads to the next state that the table
-//! gives (M1). After any stream, fewer bytes are pending in a receiver than a frame has (in `no_panic`).
+//! gives (M1). The module `no_panic` proves the rest: after any stream, fewer bytes are pending in a receiver than a
+//! frame has.
 
 use framelock::lecture::State;
 
