@@ -60,9 +60,9 @@ impl<'a> Arbitrary<'a> for Schedule {
 impl<'a> Arbitrary<'a> for ScheduleStep {
     /// The first byte modulo 4 determines the event. Numbers are little-endian.
     ///
-    /// * 0 and 1: a wait. The next two bytes are its ticks.
-    /// * 2: a wait. The next four bytes are its ticks.
-    /// * 3: a frame. The next three bytes are its demands.
+    /// * 0 and 1: a wait. The next two bytes are the number of ticks.
+    /// * 2: a wait. The next four bytes are the number of ticks.
+    /// * 3: a frame. The next three bytes are the frame's demands.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(match u8::arbitrary(u)? % 4 {
             0 | 1 => Self::Wait(u16::arbitrary(u)?.into()),
@@ -72,10 +72,10 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters give an error that names one of them. At every time the output must equal the
-/// model's output. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed since the
-/// last frame. The output must not depend on how often it is read. Uses three axes of eight bits, and also six axes of
-/// sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error that names one of these parameters. At every time the output must
+/// equal the model's output. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed
+/// since the last frame. The output must not depend on how often it is read. Uses three axes of eight bits, and also
+/// six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Returns the phase after each step with three axes.
 ///
@@ -128,8 +128,8 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
     }
 }
 
-/// Reads the output of one failsafe at every step. Reads the output of another failsafe only at frames, and otherwise
-/// just often enough for a clock that wraps. Returns the phase after each step.
+/// Reads the output of one failsafe at every step. Reads the output of another failsafe only at frames, and before
+/// waits after which the time since its last call would not fit into 32 bits. Returns the phase after each step.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,

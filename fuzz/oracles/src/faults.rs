@@ -176,7 +176,7 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 /// * The receiver and the lecture's machine deliver the same frames as their references. No delivered frame contains
 ///   bytes from both sides of a line event.
 /// * The receiver delivers each frame that arrives intact, with the frame's last byte. The only exception is a frame in
-///   which one other delivered frame ended, with a CR after the sync (theorem 7).
+///   which exactly one other delivered frame ended, with a CR after the sync (theorem 7).
 /// * The receiver delivers an intact frame that is the first one after a line event or at the start.
 /// * If a delivered setpoint is sent again to a new receiver, it is delivered again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not delivered.
@@ -347,8 +347,8 @@ mod tests {
         );
     }
 
-    /// Checks that the line records its faults correctly. If it did not, the checks of intact frames could be skipped
-    /// unnoticed.
+    /// Checks that the line records its faults correctly. If the line did not do so, the checks of intact frames could
+    /// be skipped unnoticed.
     #[test]
     fn the_line_records_what_happened_to_each_byte() {
         let line = FaultyLine {

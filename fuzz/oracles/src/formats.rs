@@ -98,8 +98,8 @@ impl<'a> Arbitrary<'a> for FormatStep {
 }
 
 /// Checks that the receiver reports the same frames and discarded bytes as the reference, both with pushed bytes and
-/// with fed slices. At each position of the stream, the format must find a frame if and only if the independent
-/// definition in `protocol.rs` does.
+/// with fed slices. The format must find frames at exactly those positions of the stream at which the independent
+/// definition in `protocol.rs` finds frames.
 ///
 /// Returns the receiver's counters.
 ///
@@ -143,7 +143,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0)
 }
 
-/// Returns each run of bytes without a silence in it.
+/// Returns the bytes between one silence and the next, for each part of the stream.
 fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = Vec<u8>> {
     let stretches = steps.split(|step| *step == FormatStep::Silence);
     stretches.map(move |steps| {

@@ -2,7 +2,8 @@
 //!
 //! Each function takes a structured input and panics if the input shows a bug. The function does not depend on the
 //! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`), or the committed corpora, which the
-//! tests here replay on stable Rust. So an input that has shown a bug is checked in every later run of the tests.
+//! tests here replay on stable Rust. So once an input has shown a bug and is in a corpus, every later run of the tests
+//! checks this input.
 //!
 //! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results.
 
@@ -44,8 +45,8 @@ use framelock::motion::FailsafeError;
 /// bytes are too few for an input.
 pub type Target = fn(&[u8], &mut Occurred);
 
-/// All targets by name, except `terminal` and `description`. These two depend on the command line and on descriptions,
-/// which are compiled only for their own tests.
+/// All targets by name, except `terminal` and `description`. These two targets need the code of the command line and of
+/// descriptions, so only the tests of the command line and of descriptions run them.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
         let all = structured(bytes, parser).into_iter().flatten();

@@ -90,8 +90,8 @@ where
     counted.counters
 }
 
-/// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each
-/// frame comes with its last byte and that the pending bytes are always fewer than a frame.
+/// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each frame comes with its
+/// last byte and that always fewer bytes are pending than a frame has.
 fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
 where
     P: OfSetpoints + PartialEq + Debug,

@@ -55,10 +55,10 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// Checks that the reader returns the reference's setpoints and the driver's errors. It must return each of them before
-/// it reads another byte. An error must lose no byte. Only after an error that stands for an overrun does the test
-/// report a line event to the reader, which discards the pending bytes. All this must hold for buffers of different
-/// sizes, and for the blocking and the async reader.
+/// Checks that the reader returns the reference's setpoints and the driver's errors. The reader must return each
+/// setpoint and each error before it reads another byte. An error must lose no byte. If an error stands for an overrun,
+/// the test reports a line event to the reader, and the reader discards the pending bytes. After other errors, the
+/// bytes stay pending. All this must hold for buffers of different sizes, and for the blocking and the async reader.
 ///
 /// Returns the counters of each machine.
 ///
@@ -101,8 +101,8 @@ where
     counters
 }
 
-/// Returns the reader's expected answers, including two at the end of the source, and the expected
-/// counters.
+/// Returns the reader's expected answers and the expected counters. The last two answers are those
+/// at the end of the source.
 fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();

@@ -44,8 +44,8 @@ impl<'a> Arbitrary<'a> for StreamStep {
     ///
     /// * 0 to 3: a slice. The next byte is its length.
     /// * 4: a slice of equal BIN frames. The first byte divided by 8 is the number of frames, and the next four bytes
-    ///   are the payload of each.
-    /// * 5: a slice of equal bytes. The next two bytes are the number of bytes and their value.
+    ///   are the payload of each frame.
+    /// * 5: a slice of equal bytes. The next byte is the number of equal bytes, and the byte after it is their value.
     /// * 6 and 7: a line event. The first byte divided by 8 determines its kind.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
