@@ -238,7 +238,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
     /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order (theorem 13a). The function
-    /// copies every byte, even if a frame lies whole in the slice. For long slices `feed` is faster.
+    /// copies every byte, even if a frame lies whole in the slice. For long slices `feed` is faster than this function.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).
@@ -426,7 +426,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Does nothing until `to` reaches `ask_at`. Then discards the pending bytes before the first one that can start a
+    /// Does nothing until `to` reaches `ask_at`. Then discards the pending bytes before the first byte that can start a
     /// frame, and asks the format once about the rest.
     #[inline]
     fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {

@@ -144,8 +144,8 @@ pub trait Format: Copy {
 
 /// A frame that a [`BufferedReceiver`](crate::BufferedReceiver) has delivered. It is decoded on request.
 ///
-/// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns it in two
-/// registers, and no time is spent on decoding until the program asks for the message.
+/// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns the frame in
+/// two registers, and no time is spent on decoding until the program asks for the message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Frame<'a, F> {
     format: F,

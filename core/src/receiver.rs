@@ -13,7 +13,7 @@ use crate::{DiscardReason, FixedFormat, Found, FrameBytes, LineEvent, Parser};
 ///
 /// # Examples
 /// The lecture's second example: the line has lost two bytes of the first frame. The lecture's machine loses both
-/// frames. The receiver loses only the broken one.
+/// frames. The receiver loses only the broken frame.
 /// ```
 /// use framelock::Receiver;
 /// use framelock::lecture::Lecture;

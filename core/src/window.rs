@@ -26,8 +26,8 @@
 //! the stream with the shape, if the stretch is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
-//! *note* in the word's four highest bits, which states how many more bytes can become pending. `push` ignores the note
-//! and shifts it out. A note of 0 is ambiguous: either the window is full of pending bytes, or the last call was
+//! *note* in the word's four highest bits. The note states how many more bytes can become pending. `push` ignores the
+//! note and shifts it out. A note of 0 is ambiguous: either the window is full of pending bytes, or the last call was
 //! `push`.
 
 use core::fmt::Debug;
@@ -294,7 +294,7 @@ impl<F: FrameBytes> Window<F> {
             self.push_and_tell(shape, byte, &check, &mut found);
             at = at.wrapping_add(1);
         }
-        // Now all pending bytes lie in the slice. Empty the window, and go back to the first of them in the slice.
+        // Now all pending bytes lie in the slice. Empty the window, and go back to the first pending byte in the slice.
         at = at.wrapping_sub(self.pending(shape));
         *self = Self::EMPTY;
         let mut rest = bytes.get(at..).unwrap_or_default();

@@ -1,7 +1,7 @@
 //! Throughput of the receivers, and of other ways to find the same frames in the same streams.
 //!
-//! There is one group of benchmarks per stream, and one benchmark per contender. Before a contender
-//! is timed, its answer is compared with the naive reference's. `BENCHMARKS.md` explains the figures.
+//! There is one group of benchmarks per stream, and one benchmark per contender. Before a contender is timed, its
+//! answer is compared with the answer of the naive reference. `BENCHMARKS.md` explains the figures.
 
 use std::hint::black_box;
 use std::time::Duration;

@@ -53,9 +53,9 @@
 //! **13e: latency.** Let `n` be the length of a frame. The decision about it comes within `LONGEST - n` bytes after its
 //! last byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n`
 //! bytes of the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one
-//! byte lower, `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. While such a
-//! frame is undecided, the reference has stopped at an earlier place. The byte at this earlier place is pending, too,
-//! and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
+//! byte lower than with `push`, `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the
+//! frame. While such a frame is undecided, the reference has stopped at an earlier place. The byte at this earlier
+//! place is pending, too, and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
 //! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]

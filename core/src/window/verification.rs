@@ -16,22 +16,23 @@
 //! because windows in which the same bytes are pending treat all later bytes alike ([`pending`]).
 //!
 //! When a byte is pushed, the oldest pending bytes are discarded, possibly all of them and the new byte, until a frame
-//! can begin with the remaining bytes. The first wrong position of the frame that would begin with a byte decides the
-//! reason for discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that
-//! `push` delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change
-//! a reason ([`reasons`]). So if some bytes can begin a frame, each shorter beginning of these bytes can, too.
+//! can begin with the remaining bytes. Compare the bytes from a discarded byte on with a frame. The first wrong
+//! position decides the reason for discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons,
+//! delivers the frames that `push` delivers, and leads to a window in which the same bytes are pending ([`one_byte`]).
+//! Later bytes never change a reason ([`reasons`]). So if some bytes can begin a frame, each shorter beginning of these
+//! bytes can, too.
 //!
 //! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
 //! as pushing these bytes one by one. By induction over the iterations, the same is true of `feed`.
 //!
 //! 1. The first loop calls `push_with` until all pending bytes lie in the slice.
-//! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
-//!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
-//!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
-//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, suppose that the first
-//!    `LENGTH` of these bytes were pushed, where `LENGTH` is the length of a frame. The window would deliver nothing,
-//!    and the same bytes would be pending as if the first pushed byte had never come. So `feed` discards the first byte
-//!    and examines the next position ([`starts`]). `push_with` may find the reason for discarding a byte earlier than
+//! 2. Then `feed` empties the window and goes back to the first pending byte. If the pending bytes are pushed again,
+//!    none of them is discarded ([`reasons`]), and all of them are pending again ([`mismatches`]). At the start of each
+//!    iteration of the second loop nothing is pending, and at least `LENGTH` bytes are left, where `LENGTH` is the
+//!    length of a frame. If these bytes begin with a frame, pushing the bytes would deliver the frame with its last
+//!    byte. If not, suppose that the first `LENGTH` of these bytes were pushed. The window would deliver nothing, and
+//!    the same bytes would be pending as if the first pushed byte had never come. So `feed` discards the first byte and
+//!    examines the next position ([`starts`]). `push_with` may find the reason for discarding a byte earlier than
 //!    `feed`, before `LENGTH` bytes have come. By [`reasons`], both find the same reason. Between iterations, `feed`
 //!    discards several bytes together only if no frame can begin with any of them (`noise::verification`). So
 //!    `push_with` would discard each of these bytes immediately.

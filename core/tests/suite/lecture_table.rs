@@ -85,8 +85,8 @@ fn a_reset_leads_to_the_state_at_reset_from_every_state() {
 /// states, the byte 'A' leads the receiver to state B.
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {
-    // Bytes that bring the receiver from reset into each state. No path has an 'A' after its first
-    // byte.
+    // Sequences of bytes that bring the receiver from reset into each state. No sequence has an 'A'
+    // after its first byte.
     let paths: [&[u8]; 7] = [
         b"",
         b"A",

@@ -45,7 +45,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
         start = first;
         settled_at = row.settled_at;
     } else {
-        // `push` has no event, so the reference has none either.
+        // `push` has no event, so the reference has no event either.
         assert!(run == 0 && settled.is_none());
     }
     let mut committed = None;
