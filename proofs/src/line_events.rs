@@ -8,8 +8,8 @@ use framelock::{Found, Line, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Checks that a line event leaves the machine in its state at reset. Also checks a consequence: after the event the
-/// machine delivers nothing until as many bytes have come as a frame has.
+/// Checks that a line event leaves the machine in its state at reset. Also checks a consequence: the machine delivers
+/// nothing as long as fewer bytes have come after the event than a frame has.
 fn drops_what_is_pending<P: OfSetpoints>(parser: P, reset: P) {
     let mut line = Line::new(parser);
     let pending = line.pending();
