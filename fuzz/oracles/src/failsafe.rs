@@ -30,7 +30,7 @@ pub enum ScheduleStep {
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of four times: until the hold, until the ramp, per unit of pitch, and per
     /// unit of roll and yaw. If the bit is set, the time has four bytes, otherwise one byte. The times follow the first
-    /// byte. After them come park, the clock and the steps.
+    /// byte. After the times come park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let wide = u8::arbitrary(u)?;
         let mut time = |bit: u32| {
@@ -100,8 +100,8 @@ pub fn failsafe(schedule: &Schedule) -> Result<Vec<Phase>, FailsafeError> {
     check(schedule, parameters, |demands| demands)
 }
 
-/// Checks the schedule with these axes. `demands` converts a frame's demands to those of the axes.
-/// Returns the phases of the outputs.
+/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes. Returns the
+/// phases of the outputs.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,

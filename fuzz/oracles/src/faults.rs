@@ -284,8 +284,8 @@ fn wrong_bits_of(frame: &[Received]) -> Option<Vec<u32>> {
     wrong.collect()
 }
 
-/// Checks a frame that arrived intact. `before` contains the positions in the frame, except its last one, at which
-/// another delivered frame ended.
+/// Checks a frame that arrived intact. Other delivered frames may have ended inside this frame. `before` contains the
+/// positions of their last bytes in this frame, except this frame's last position.
 fn check_whole(
     frame: &[Received],
     is_at_start: bool,

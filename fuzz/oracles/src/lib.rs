@@ -84,13 +84,13 @@ pub const TARGETS: [(&str, Target); 6] = [
     }),
 ];
 
-/// Runs a check like `libfuzzer_sys::fuzz_target!`. Returns `None` if the bytes are too few.
+/// Runs a check in the same way as `libfuzzer_sys::fuzz_target!`. Returns `None` if the bytes are too few.
 fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> Option<T> {
     let input = Input::arbitrary_take_rest(Unstructured::new(bytes));
     input.ok().map(|input| check(&input))
 }
 
-/// Returns values until the bytes are too few for another one.
+/// Returns values until the remaining bytes are too few for another value.
 fn rest<'a, T: Arbitrary<'a>>(u: &mut Unstructured<'a>) -> Vec<T> {
     let mut all = Vec::new();
     while !u.is_empty()

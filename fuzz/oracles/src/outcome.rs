@@ -104,7 +104,7 @@ impl Occurred {
     }
 }
 
-/// Adds the next finding. Joins discarded bytes with the previous ones if the reason is the same.
+/// Adds the next finding. Joins discarded bytes with the bytes discarded before them, if both have the same reason.
 pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>) {
     if let Found::Discarded {
         count: more, why, ..
