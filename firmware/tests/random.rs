@@ -113,11 +113,12 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
     );
 }
 
-/// The number of times that each form of a run occurred.
+/// The count of each form in [`FORMS`].
 type Occurred = BTreeMap<&'static str, usize>;
 
-/// The forms of runs. The first six are kinds of steps. The next three are images, and their counts are the commits
-/// that were compared with the reference. The last one counts the runs in which bytes were lost.
+/// The forms of runs. The first six are kinds of steps, and [`Occurred`] counts these steps. The next three are images.
+/// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. The last form is
+/// a run in which bytes were lost.
 const FORMS: [&str; 10] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "megabaud", "default", "lecture",
     "loss",
