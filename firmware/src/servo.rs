@@ -28,7 +28,7 @@ pub(crate) struct Servos {
     /// The index of the set that was handed over to the PWM last.
     given: usize,
     shown: Setpoint,
-    /// The time at which a period last began, or at which the PWM last got widths.
+    /// The later of two times: when a period last began, and when the PWM last got widths.
     since: u32,
 }
 

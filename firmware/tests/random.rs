@@ -71,8 +71,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 
 /// Checks the firmware's behaviour. *Delivered* bytes are those that were sent with a stop bit.
 ///
-/// * Only delivered frames are committed, in order, and none with bytes from both sides of an error or a
-///   gap.
+/// * Only delivered frames are committed, in order. No committed frame has bytes from both sides of an error or a gap.
 /// * If the firmware has received every byte, it commits all setpoints of the reference.
 /// * Without an error on the line and without a lost ENDRX, it has received every byte, and there was no overrun.
 /// * Every byte is part of a frame, discarded or pending.

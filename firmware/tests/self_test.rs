@@ -25,7 +25,7 @@ struct Outcome {
     long_break: [u32; 2],
     /// The parser's cycles for a byte, with and without the cache.
     cycles: [u32; 2],
-    /// The frames sent, the frames committed, and the overruns.
+    /// How many frames were sent, how many were committed, and how many overruns there were.
     frames: [u32; 3],
     /// Microseconds from SEQSTART to the period's end, and whether SEQSTART began a period.
     period: [u32; 2],

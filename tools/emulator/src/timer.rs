@@ -87,7 +87,7 @@ impl Peripheral for Timer {
         };
         self.counter.cycles = (MICROSECOND / 16) << self.registers.prescaler;
         if offset >= CC {
-            // No event comes if the count already equals the new value, because the count does not change to it.
+            // No event comes if the count already equals the new value, because the count does not change.
             self.counter.seen = context.now;
         }
         Some(())

@@ -263,8 +263,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Returns the values of a counterexample. Each line has a value's type, the source position at which the harness
-    /// asked for the value, and the numbers of which the value consists.
+    /// Returns the values of a counterexample. Each line has the type of a value, the source position at which the
+    /// harness asked for this value, and the numbers in the value.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let properties = self.properties(&["--trace", "--property", property])?;
         let properties = properties.into_iter().flatten();

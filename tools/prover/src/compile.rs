@@ -17,7 +17,8 @@ use crate::llvm::Module;
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// The optimisation passes that the compiler runs before it writes LLVM's assembly. They inline calls and turn memory
-/// that needs no address into values. They do not change loops, so that CBMC sees loop counters as plain numbers.
+/// that needs no address into values. They do not change loops. In unchanged loops, CBMC sees loop counters as plain
+/// numbers.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";

@@ -36,8 +36,8 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // Only tests of the core and of the formats depend on this package. They do not run here, but cargo needs the
-    // package.
+    // Only tests of the core and of the formats depend on this package. These tests do not run here, but cargo needs
+    // the package.
     "fuzz/oracles",
     "c/proofs",
 ];

@@ -155,7 +155,8 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     // the common folder again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
-        // Check every microcontroller with no features and with all features, and only one with the other subsets.
+        // Check every microcontroller with no features and with all features. Check the other subsets with one
+        // microcontroller only.
         let is_end = index == 0 || features.len() == workspace.core_features.len();
         let targets = if is_end {
             &MICROCONTROLLERS[..]

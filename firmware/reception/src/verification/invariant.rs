@@ -58,7 +58,7 @@ impl Chip {
             // An event was reported before any byte that follows the drain.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that it holds now came later.
+            // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that are now in the FIFO came later.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 

@@ -118,7 +118,8 @@ fn after_a_stop_it_hears_again() {
 }
 
 /// Checks that each lost ENDRX adds one to the count of restarts since the last byte. So if no more bytes are read, the
-/// tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round.
+/// tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round since the last
+/// tick.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {

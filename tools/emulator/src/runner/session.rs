@@ -20,7 +20,7 @@ use crate::report::{self, Event};
 const SLICE: u64 = MILLISECOND;
 /// The time to boot before bytes are sent, in cycles.
 const BOOT: u64 = 5 * MILLISECOND;
-/// The largest lag behind real time that the emulation makes up. If it lags further, it stays late.
+/// The largest lag behind real time that the emulation makes up. A larger lag is not made up.
 const LATE: Duration = Duration::from_millis(20);
 
 /// Emulates until the end or Ctrl-C.
@@ -117,7 +117,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Puts bytes on the line, with faults between them. Returns the end of the last one, in cycles.
+    /// Puts bytes on the line, with faults between them. Returns the end of the last byte or fault, in cycles.
     fn send(&mut self, bytes: &[u8]) -> u64 {
         let rates = self.arguments;
         let mut symbols = Vec::with_capacity(bytes.len());

@@ -57,9 +57,8 @@ pub fn assume(condition: bool) {
     undecided::assume(condition);
 }
 
-/// Requires that some execution reaches this macro and, if a condition is given, that the condition
-/// is true in this execution. This shows that a proof is not vacuous. The message is only for readers
-/// of the source.
+/// Requires that some execution reaches this macro. If a condition is given, the condition must be true in this
+/// execution. This shows that a proof is not vacuous. The message is only for readers of the source.
 #[macro_export]
 macro_rules! cover {
     () => {
