@@ -205,8 +205,8 @@ fn error_in_the_middle_of_a_round(any_write_clears: bool) {
     }
 }
 
-/// If a byte is stored but its ENDRX does not come, this is noticed and reported within two ticks. No wrong setpoint
-/// is committed, and the next frame is taken.
+/// If a byte is stored but its ENDRX does not come, the loss is noticed and reported within two ticks. No wrong
+/// setpoint is committed, and the next frame is taken.
 #[test]
 fn a_lost_endrx_is_noticed_and_heals() {
     for byte in 0..7 {

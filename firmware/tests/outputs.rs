@@ -220,8 +220,8 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
-/// If the tick cannot access the receiver, because its cell is empty or in use, this is counted and the watchdog
-/// is not fed.
+/// If the tick cannot access the receiver, because the receiver's cell is empty or in use, the failure is counted and
+/// the watchdog is not fed.
 #[test]
 fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
     let cell = |firmware: &Firmware| {

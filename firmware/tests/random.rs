@@ -73,7 +73,8 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 ///
 /// * Only delivered frames are committed, in order. No committed frame has bytes from both sides of an error or a gap.
 /// * If the firmware has received every byte, it commits all setpoints of the reference.
-/// * Without an error on the line and without a lost ENDRX, it has received every byte, and there was no overrun.
+/// * If there was no error on the line and no lost ENDRX, the firmware has received every byte, and there was no
+///   overrun.
 /// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {

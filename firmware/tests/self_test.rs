@@ -224,7 +224,7 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// The self-test starts with a running watchdog, as after it was flashed over the firmware.
+/// The self-test starts with a running watchdog, as if it had been flashed over the firmware.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut board = Board::new(image("self-test")).unwrap();

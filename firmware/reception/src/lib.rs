@@ -30,9 +30,9 @@
 //!
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
 //! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
-//! a round at each tick, so a lost, duplicated or late event of this kind delays a decision by at most one tick. A lost
-//! ENDRX shows in memory, because a byte that has lain there for a whole tick was never read. A duplicate ENDRX is
-//! cleared before the next transfer.
+//! a round at each tick. So if one of these other events is lost, duplicated or late, a decision is delayed by at most
+//! one tick. A lost ENDRX can be noticed in memory, because a byte that has lain in memory for a whole tick was never
+//! read. A duplicate ENDRX is cleared before the next transfer.
 //!
 //! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. Before the UARTE is switched off, its receiver
 //! must be stopped. So the reception triggers STOPRX, and RXTO follows five byte times after STOPRX. No handler has to

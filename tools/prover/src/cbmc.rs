@@ -86,7 +86,8 @@ struct Property {
     source_location: Place,
 }
 
-/// The source position of a property. Positions in translated Rust have no file, because they mean nothing to readers.
+/// The source position of a property. For translated Rust, the position has no file, because a position in the
+/// translated C program means nothing to readers.
 #[derive(Default, Deserialize)]
 struct Place {
     #[serde(default)]

@@ -73,8 +73,8 @@ impl<'a> Sources<'a> {
         flags.extend(passes);
         flags.extend(self.stand_in.iter().map(String::as_str));
         let mut cargo = self.cargo("build", &flags);
-        // With `--target`, the compiler's flags apply only to code for this target. They do not apply to the procedural
-        // macros, which run on the host.
+        // With `--target`, the compiler's flags apply only to code for this target. The flags do not apply to the
+        // procedural macros, which run on the host.
         cargo
             .args(["--release", "--target", &host, "--target-dir"])
             .arg(self.target.join(folder))

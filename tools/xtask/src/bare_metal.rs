@@ -1,6 +1,6 @@
-//! Chooses a compiler for programs without an operating system: the toolchain in PATH if it has the
-//! targets or rustup can add them, and otherwise Debian's compiler, which comes with the source of
-//! Rust's own `core`.
+//! Chooses a compiler for programs without an operating system. Chooses the toolchain in PATH if it has the targets, or
+//! if rustup can add the targets to it. Otherwise chooses Debian's compiler, which comes with the source of Rust's own
+//! `core`.
 
 use std::path::Path;
 

@@ -95,8 +95,8 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
-/// Checks that pandas and polars read the command line's tables correctly, and that pymavlink gives the messages of
-/// `MAVLink` the same names.
+/// Checks that pandas and polars read the command line's tables correctly, and that pymavlink and framelock use the
+/// same names for the messages of `MAVLink`.
 pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0", "pymavlink==2.4.50"])?;
     let sh = workspace.shell()?;

@@ -33,7 +33,7 @@ pub(super) struct Chip {
     /// The byte that the last transfer stored, until the next transfer is opened.
     pub(super) memory: Option<Byte>,
     pub(super) ended: bool,
-    /// Whether the transfer has ended but ENDRX has not come, because it is late or lost.
+    /// Whether the transfer has ended but ENDRX has not come, because this ENDRX is late or lost.
     pub(super) owes_end: bool,
     /// `failed`: whether a cause is set in ERRORSRC. `error`: whether the event ERROR is set.
     pub(super) failed: bool,

@@ -55,7 +55,7 @@ impl Chip {
         !self.stopping
             && self.is_possible()
             && self.is_in_order()
-            // An event was reported before any byte that follows the drain.
+            // During a drain, an event has been reported since the last byte was handed on.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
             // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that are now in the FIFO came later.

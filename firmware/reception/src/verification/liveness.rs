@@ -6,8 +6,8 @@ use super::invariant::{any_reception, any_that_takes_bytes};
 use crate::{MOST_RESTARTS, State};
 
 impl Chip {
-    /// Makes progress in an open transfer. If a byte waits, the byte is stored, and its ENDRX comes unless it is late
-    /// or lost. If no byte waits, `NONE_WAITS` elapses.
+    /// Makes progress in an open transfer. If a byte waits, the byte is stored, and its ENDRX comes, unless this ENDRX
+    /// is late or lost. If no byte waits, `NONE_WAITS` elapses.
     fn does_what_it_must(&mut self) {
         if self.open && (self.old > 0 || self.new > 0) {
             self.stores();

@@ -170,8 +170,8 @@ impl<'a> Session<'a> {
         }
         let resets = trace.resets.iter();
         events.extend(resets.map(|reset| (reset.at, Event::Reset(reset.cause))));
-        // A log line has no time of its own. It is shown with the time at which it was fetched, at
-        // most a slice later.
+        // A log line has no time of its own. The line is shown with the time at which it was fetched, at most a slice
+        // after the firmware wrote the line.
         let (now, bytes) = (self.board.now(), self.board.take_rtt(0));
         let lines = self.log.lines(&bytes).into_iter();
         events.extend(lines.map(|line| (now, Event::Log(line))));

@@ -13,8 +13,8 @@
 //! | `assume` | executions in which the condition is false are ignored |
 //! | `cover` | the condition must be true in some execution |
 //!
-//! A harness is a function named `harness:PATH`. A static named `unwind:PATH` contains the bound of its loops. The
-//! prover's `harness.rs` reads these two names, and its `calls.rs` reads the names in the table.
+//! A harness is a function named `harness:PATH`. A static named `unwind:PATH` contains the bound of the harness's
+//! loops. The prover's `harness.rs` reads these two names, and its `calls.rs` reads the names in the table.
 #![no_std]
 
 mod arbitrary;
