@@ -134,7 +134,7 @@ fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     }
 }
 
-/// Bytes that wait in the FIFO when an error is noticed may have come before the error, so they are dropped and
+/// When an error is noticed, the bytes in the FIFO may have come before the error. So these bytes are dropped and
 /// reported. In this test, an `x` comes first and leaves the FIFO before the other bytes wait there.
 #[test]
 fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {

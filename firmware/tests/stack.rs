@@ -26,7 +26,7 @@ struct Code<'a> {
     panic: Option<u32>,
 }
 
-/// The stack that a function takes, which is the sum of all its pushes, and the functions that it calls.
+/// The stack that a function takes (the sum of all its pushes), and the functions that it calls.
 #[derive(Default)]
 struct Function {
     takes: u32,

@@ -61,7 +61,7 @@ pub const ERRORS_A_TICK: u8 = 32;
 /// After this number of restarts in a row without a byte, the reception counts as broken.
 const MOST_RESTARTS: u16 = 8;
 
-/// The bit of ERRORSRC that says that a byte was lost because the FIFO was full.
+/// The bit of ERRORSRC for an overrun: a byte was lost because the FIFO was full.
 const OVERRUN: u32 = 1;
 /// The line events, in the order of ERRORSRC's bits.
 const EVENTS: [LineEvent; 4] = [
@@ -193,7 +193,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // A byte that is seen at one tick does not prove that its ENDRX is lost, because this ENDRX may still come.
+            // A byte that is seen at only one tick may have just been stored, so its ENDRX may still come.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -209,7 +209,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
-        // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4), so its ENDRX came before
+        // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4). So its ENDRX came before
         // the overrun, or is lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not
         // come, it is lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;

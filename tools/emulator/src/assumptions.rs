@@ -48,8 +48,8 @@ pub struct Assumptions {
     /// An overrun drops the oldest byte of the FIFO ("previous data is lost"), as in `BabbleSim`'s model. By
     /// default it drops the new byte.
     pub overrun_drops_oldest: bool,
-    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost (the
-    /// specification: "a start bit is received while the previous data still lies in RXD"). By default the overrun
+    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost. The
+    /// specification says: "a start bit is received while the previous data still lies in RXD". By default the overrun
     /// comes at the end of the byte.
     pub overrun_at_start_bit: bool,
     /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default, writing 1 to a bit clears only

@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files, because calling `cargo kani`
-/// would start the setup if Kani is installed but not set up.
+/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files. If Kani is installed but not
+/// set up, calling `cargo kani` would start the setup.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));

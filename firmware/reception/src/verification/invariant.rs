@@ -91,8 +91,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// Returns whether every error so far was reported: either the next byte to hand on is the successor of the last
-    /// byte handed on, or an event was reported since.
+    /// Returns whether every error so far was reported. Either the next byte to hand on directly follows the last byte
+    /// handed on, or an event was reported between the two.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0
