@@ -1,5 +1,5 @@
-//! Harnesses without a fault. They check that `any` returns every value of a type and no other, and
-//! that machine operations are modelled correctly.
+//! Harnesses without a fault. They check that `any` returns every value of a type and no other value, and that machine
+//! operations are modelled correctly.
 
 use core::num::{NonZeroU8, NonZeroU32};
 
