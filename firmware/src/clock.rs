@@ -55,8 +55,8 @@ impl Clock {
 /// Wakes the main loop for its tick.
 #[interrupt]
 fn TIMER0() {
-    // SAFETY: only the event's register is written. Nothing else uses it, and writing 0 to it only withdraws
-    // the interrupt request.
+    // SAFETY: only the event's register is written. No other code uses this register, and writing 0 to it only
+    // withdraws the interrupt request.
     unsafe { (*TIMER0::ptr()).events_compare[1].reset() };
     wake();
 }
@@ -69,8 +69,9 @@ pub(crate) fn wake() {
 /// Sleeps until [`wake`] is called. Returns immediately if [`wake`] was called since the last sleep. Handlers run
 /// during the sleep.
 pub(crate) fn sleep() {
-    // Disable interrupts from the check to `wfi`. Otherwise a handler could set the flag in between, and this
-    // function would sleep nevertheless. A pending interrupt ends `wfi` even while interrupts are disabled.
+    // Disable interrupts from the check to `wfi`. Otherwise a handler could set the flag after the check and before
+    // `wfi`, and this function would sleep although it was woken. A pending interrupt ends `wfi` even while interrupts
+    // are disabled.
     while free(|_| {
         let sleeps = !IS_WOKEN.load(Ordering::Relaxed);
         if sleeps {

@@ -1,7 +1,7 @@
 //! The debug port and the reset button, neither of which works on an erased chip.
 //!
-//! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT already contains
-//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash. Each word of UICR can be
+//! On chips of build code F and later, every reset closes the debug port. If UICR.APPROTECT contained 0x5A at the
+//! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. UICR is flash. Each word of UICR can be
 //! written once, and takes effect at the next reset. Only erasing the whole chip erases UICR.
 
 use cortex_m::peripheral::SCB;
@@ -40,8 +40,8 @@ pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     }
 }
 
-/// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`,
-/// because a word that cannot be written must not cause a reset at every start.
+/// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`. Otherwise
+/// a word that cannot be written would cause a reset at every start.
 #[inline(never)]
 fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
     // SAFETY: the address is from the PAC and belongs to a register.

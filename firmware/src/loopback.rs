@@ -135,7 +135,7 @@ impl<'a> Receiver<'a> {
         causes
     }
 
-    /// Writes to ERRORSRC. Returns the causes that are still set.
+    /// Writes to ERRORSRC. Returns the causes that are still set after the write.
     pub(crate) fn clear(&self, causes: u32) -> u32 {
         // SAFETY: writing any value only clears causes or has no effect.
         (self.0.errorsrc).write(|w| unsafe { w.bits(causes) });

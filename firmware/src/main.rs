@@ -41,7 +41,7 @@ fn main() -> ! {
     static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
     static mut LINE: Line = receive::NOTHING_YET;
 
-    // Nothing has taken the peripherals yet, so neither call can fail. If one failed, only a reset could help.
+    // Nothing has taken the peripherals yet, so neither call can fail. If a call failed, only a reset could help.
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
     else {
         SCB::sys_reset()
@@ -147,8 +147,8 @@ impl LineBreak {
     }
 }
 
-/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority. It is
-/// higher than the priority of the tick's handler.
+/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority, which is
+/// higher than that of the tick's handler.
 fn unmask_interrupts(nvic: &mut NVIC) {
     for (interrupt, priority) in [
         (Interrupt::UARTE0_UART0, 1 << 5),

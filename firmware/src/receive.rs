@@ -25,9 +25,9 @@ static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
 /// opened is stored within this time.
 const NONE_WAITS: usize = 1;
 
-/// The receiver and everything that it owns. Accesses never overlap: the receiver's two handlers have the same
-/// priority, so neither interrupts the other, and the main loop accesses the receiver with interrupts disabled. The
-/// cell checks this at run time.
+/// The receiver and everything that it owns. Accesses never overlap. The receiver's two handlers have the same
+/// priority, so neither interrupts the other. The main loop accesses the receiver with interrupts disabled. The cell
+/// checks at run time that accesses do not overlap.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
 /// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`. Copying it at
@@ -64,8 +64,8 @@ pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static
 /// Sets the baud rate, the pin and the destination of the one-byte transfers. The receiver must be off.
 pub(crate) fn connect(uarte: &UARTE0, rate: BAUDRATE_A, pin: &InputPin, byte: &'static AtomicU8) {
     uarte.baudrate.write(|w| w.baudrate().variant(rate));
-    // SAFETY: the UARTE only reads its input pin. A transfer writes one byte of RAM, which is a static and an
-    // atomic, so it lives forever and may change at any time.
+    // SAFETY: the UARTE only reads its input pin. A transfer writes one byte of RAM. This byte is a static, so it lives
+    // forever. It is also an atomic, so it may change at any time.
     unsafe {
         uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
         uarte.rxd.ptr.write(|w| w.bits(byte.as_ptr() as u32));

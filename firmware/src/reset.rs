@@ -1,7 +1,7 @@
 //! Handles panics, faults and the watchdog, and reports the cause of the last reset and the outputs before it.
 //!
-//! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes a fault
-//! whose exception frame does not fit on the stack, so the processor locks up, and the chip resets itself.
+//! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes a fault,
+//! but the fault's exception frame does not fit on the stack. So the processor locks up, and the chip resets itself.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -38,10 +38,10 @@ impl Watchdog {
     /// Starts the watchdog, which then runs until a reset. By its default settings, it keeps running during sleep, and
     /// pauses while a debugger halts the core.
     ///
-    /// A soft reset does not stop the watchdog, and its settings cannot be changed while it runs. So after flashing,
-    /// the old program's timeout stays in force until another kind of reset. Returns `None` if the old program uses
-    /// the watchdog with another number of handles. Then the caller resets the chip, again and again, until the unfed
-    /// watchdog resets the chip itself. This reset stops the watchdog.
+    /// A soft reset does not stop the watchdog, and the settings of a running watchdog cannot be changed. So after
+    /// flashing, the old program's timeout stays in force. Only a reset of another kind ends it. Returns `None` if the
+    /// old program uses another number of the watchdog's handles than this program. Then the caller resets the chip,
+    /// again and again, until the unfed watchdog resets the chip itself. This reset stops the watchdog.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {

@@ -77,7 +77,7 @@ fn main() -> ! {
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // If this program was flashed over the firmware, the firmware's watchdog still runs. Wait here until the watchdog
-    // resets the chip. Otherwise it would reset the chip during a later test.
+    // resets the chip. Otherwise the watchdog would reset the chip during a later test.
     while chip.WDT.runstatus.read().bits() != 0 {}
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();

@@ -28,7 +28,7 @@ pub(crate) struct Servos {
     /// The index of the set that was handed over to the PWM last.
     given: usize,
     shown: Setpoint,
-    /// The time at which a period last began, or at which the PWM last got widths.
+    /// The later of two times: when a period last began, and when the PWM last got widths.
     since: u32,
 }
 
@@ -130,8 +130,8 @@ pub(crate) fn stop() {
     let pwm = unsafe { &*PWM0::ptr() };
     pwm.events_stopped.reset();
     pwm.tasks_stop.write(|w| w.tasks_stop().set_bit());
-    // The PWM stops within a period, or never if it was not running. The loop waits for at least one period,
-    // because each iteration takes more than six cycles.
+    // If the PWM was running, the event comes within a period. Otherwise no event comes, and the loop ends by its
+    // count. The count lasts for at least one period, because each iteration takes more than six cycles.
     for _ in 0..u32::from(PULSE_PERIOD) * 11 {
         if pwm.events_stopped.read().bits() != 0 {
             break;

@@ -27,8 +27,8 @@ pub(crate) type Parser = framelock::lecture::Lecture;
 /// The receiver, with counters of its bytes, frames and line events.
 pub(crate) type Line = framelock::Line<Parser>;
 
-/// The time, in microseconds, within which the UARTE stores a byte that waits in the FIFO when a transfer is opened. It
-/// is less than half a byte time, so that after a line error it elapses before the next byte arrives.
+/// A time in microseconds. If a byte waits in the FIFO when a transfer is opened, the UARTE stores the byte within this
+/// time. This time is less than half a byte time. So after a line error, it elapses before the next byte arrives.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// The length of a silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a

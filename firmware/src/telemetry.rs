@@ -113,7 +113,7 @@ impl Shown {
     }
 }
 
-/// How long LED2 stays on after an error, in microseconds. It is long enough to see.
+/// How long LED2 stays on after an error, in microseconds: long enough to be seen.
 const ERROR_SHOWN: u32 = 100_000;
 
 /// The LEDs, and the state of the error indicator.

@@ -12,8 +12,8 @@ fn every_test_passes_under_each_assumption() {
     let tests = std::env::current_exe().unwrap();
     let failed: Vec<_> = Assumptions::each()
         .into_iter()
-        // Leave out the lost ENDRX, because it also loses a frame. The modules `line_errors` and `random` test its
-        // effects.
+        // Leave out the assumption that an ENDRX is lost, because then a frame is lost, too. The modules `line_errors`
+        // and `random` test the effects of a lost ENDRX.
         .filter(|(name, _)| *name != "lost_end")
         .filter(|(name, _)| {
             println!("{name}");

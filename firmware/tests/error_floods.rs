@@ -17,7 +17,7 @@ fn a_second_of_breaks_starves_nobody() {
     starves_nobody(LineSymbol::Break(12), 13);
 }
 
-/// Sends a second of these symbols at each offered rate, on a core that is half as fast as the model. Asserts that
+/// Sends these symbols for one second at each offered rate, on a core that is half as fast as the model. Asserts that
 /// there is no reset, the failsafe moves the outputs at the usual times, and a fifth of the processor's time is left.
 /// Afterwards, frames must be received again.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {

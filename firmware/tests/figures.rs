@@ -248,8 +248,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     }
 }
 
-/// Returns the longest hold-off of the handlers, in microseconds, that loses nothing, no matter at which point of a
-/// byte it begins. The FIFO holds five bytes.
+/// Returns the longest hold-off of the handlers, in microseconds, that loses no byte, no matter at which point of a
+/// byte the hold-off begins. The FIFO holds five bytes.
 fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let is_lossless = |length: u64| {
@@ -293,8 +293,8 @@ fn rates(figures: &mut Figures) {
     }
 }
 
-/// Adds the worst latency of single frames: the time from the middle of the last stop bit, where the UARTE samples it,
-/// to the commit.
+/// Adds the worst latency of single frames: the time from the middle of the last stop bit to the commit. The UARTE
+/// samples a stop bit in its middle.
 fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();

@@ -131,8 +131,8 @@ impl Firmware {
     }
 
     /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness (see
-    /// [`Assumptions::slowness`]). `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this
-    /// rate.
+    /// [`Assumptions::slowness`]). The time `NONE_WAITS_AFTER` remains that of the image, and is at most the time for
+    /// this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });

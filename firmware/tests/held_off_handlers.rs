@@ -67,8 +67,8 @@ fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
                 assert!(overruns > 0 && skipped > 0, "silent loss at {length} us");
                 reported += 1;
             }
-            // Only these frames may be lost: those that arrived during the delay, those at its two ends, and those in
-            // the FIFO.
+            // Only these frames may be lost: those that arrived during the delay, those that were arriving when the
+            // delay began or ended, and those in the FIFO.
             let lost = (sent.len() - commits.len()) as u64;
             let most = length * MICROSECOND / (7 * byte) + 4;
             assert!(lost <= most, "{image}: {lost} frames lost by {length} us");

@@ -62,7 +62,7 @@ fn each_cause_is_counted_once() {
     }
 }
 
-/// An error in the middle of a flood costs only the frame that it hits.
+/// If frames are sent back to back, an error costs only the frame in which it occurs.
 #[test]
 fn an_error_in_a_flood_costs_one_frame() {
     for counted in EITHER {
@@ -84,7 +84,7 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame after an error loses no byte, however soon it follows the error, even on a core that takes 1.5 times as
+/// The frame after an error loses no byte, however short the pause between them, even on a core that takes 1.5 times as
 /// many cycles as the model.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
@@ -100,8 +100,9 @@ fn a_frame_right_behind_an_error_is_taken() {
     }
 }
 
-/// Single errors cost only the frames that they hit, however often they come. At 1 Mbaud, on a core that is slower than
-/// the model, an error sometimes also costs the next frame, whose bytes are in the FIFO when the error is noticed.
+/// Each error costs only the frame in which it occurs, even if errors are frequent. At 1 Mbaud, on a core that is
+/// slower than the model, an error sometimes also costs the next frame. The first bytes of the next frame are then in
+/// the FIFO when the error is noticed.
 #[test]
 fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     for image in ["default", "megabaud"] {
@@ -133,7 +134,7 @@ fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     }
 }
 
-/// Bytes that wait in the FIFO when an error is noticed may have come before the error, so they are dropped and
+/// When an error is noticed, the bytes in the FIFO may have come before the error. So these bytes are dropped and
 /// reported. In this test, an `x` comes first and leaves the FIFO before the other bytes wait there.
 #[test]
 fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
@@ -204,8 +205,8 @@ fn error_in_the_middle_of_a_round(any_write_clears: bool) {
     }
 }
 
-/// If a byte is stored but its ENDRX does not come, this is noticed and reported within two ticks. No wrong setpoint
-/// is committed, and the next frame is taken.
+/// If a byte is stored but its ENDRX does not come, the loss is noticed and reported within two ticks. No wrong
+/// setpoint is committed, and the next frame is taken.
 #[test]
 fn a_lost_endrx_is_noticed_and_heals() {
     for byte in 0..7 {
@@ -237,7 +238,7 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
 }
 
 /// A byte whose ENDRX was lost has caused a restart. The next byte is stored just before a tick. The firmware must not
-/// conclude that the ENDRX of this byte was lost, too.
+/// conclude that the next byte's ENDRX was lost, too.
 #[test]
 fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     let mut restarted = booted(false);
@@ -372,7 +373,7 @@ fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
     }
 }
 
-/// The firmware does not take an earlier RXTO, which came together with an ENDRX, as the sign that the receiver has
+/// An earlier RXTO came together with an ENDRX. The firmware must not take this RXTO as the sign that the receiver has
 /// stopped.
 #[test]
 fn an_rxto_from_before_is_not_waited_for() {
@@ -392,7 +393,7 @@ fn an_rxto_from_before_is_not_waited_for() {
     firmware.takes_a_frame(PAUSE, "after twice the gap");
 }
 
-/// In a flood, the FIFO overruns before the tick. The lost ENDRX is then noticed at the overrun.
+/// If frames are sent back to back, the FIFO overruns before the tick. A lost ENDRX is then noticed at the overrun.
 #[test]
 fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
     for image in ["default", "megabaud"] {

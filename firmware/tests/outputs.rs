@@ -176,8 +176,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
     assert!(firmware.board.trace().resets.is_empty());
 }
 
-/// The firmware is interrupted for longer than a tick, at many positions of the main loop. If the main loop then
-/// requests a tick whose time has already passed, it must not sleep until this tick.
+/// The firmware is interrupted for longer than a tick, at many positions of the main loop. Then the main loop may
+/// request a tick whose time has already passed. It must not sleep until this tick.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;
@@ -220,8 +220,8 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
-/// If the tick cannot access the receiver, because its cell is empty or in use, this is counted and the watchdog
-/// is not fed.
+/// If the tick cannot access the receiver, because the receiver's cell is empty or in use, the failure is counted and
+/// the watchdog is not fed.
 #[test]
 fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
     let cell = |firmware: &Firmware| {

@@ -71,10 +71,10 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 
 /// Checks the firmware's behaviour. *Delivered* bytes are those that were sent with a stop bit.
 ///
-/// * Only delivered frames are committed, in order, and none with bytes from both sides of an error or a
-///   gap.
+/// * Only delivered frames are committed, in order. No committed frame has bytes from both sides of an error or a gap.
 /// * If the firmware has received every byte, it commits all setpoints of the reference.
-/// * Without an error on the line and without a lost ENDRX, it has received every byte, and there was no overrun.
+/// * If there was no error on the line and no lost ENDRX, the firmware has received every byte, and there was no
+///   overrun.
 /// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
@@ -113,11 +113,12 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
     );
 }
 
-/// The number of times that each form of a run occurred.
+/// The count of each form in [`FORMS`].
 type Occurred = BTreeMap<&'static str, usize>;
 
-/// The forms of runs. The first six are kinds of steps. The next three are images, and their counts are the commits
-/// that were compared with the reference. The last one counts the runs in which bytes were lost.
+/// The forms of runs. The first six are kinds of steps, and [`Occurred`] counts these steps. The next three are images.
+/// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. The last form is
+/// a run in which bytes were lost.
 const FORMS: [&str; 10] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "megabaud", "default", "lecture",
     "loss",

@@ -58,8 +58,9 @@ fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     assert_eq!(firmware.commits(), expected);
 }
 
-/// Returns streams of three frames, each with one fault. For each index, a stream lacks the byte at this index, and
-/// other streams have another byte there, or an additional one.
+/// Returns streams that differ from three frames in at most one byte. For each index, one stream lacks the byte at this
+/// index. For each index and each byte value, one stream has this value at the index, and another stream has a byte of
+/// this value inserted before the index.
 fn faulty_streams() -> Vec<Vec<u8>> {
     let whole: Vec<u8> = [[0x7F, 0xC8, 0x4A], [0x41, 0x42, 0x0D], [0x0D, 0x41, 0x42]]
         .into_iter()

@@ -13,24 +13,25 @@ const TIMES: u32 = 16;
 /// The results of the self-test.
 struct Outcome {
     finished: u32,
-    /// The fewest and most bytes that waited, and the cycles until the slowest byte was stored.
+    /// The fewest and the most bytes that were stored in order in one repetition, and the cycles until the slowest
+    /// waiting byte was stored.
     waiting: [u32; 3],
     /// How many bad stop bits ERRORSRC showed before the next byte was stored, and how many bad bytes were stored.
     bad_stop_bits: [u32; 2],
-    /// The overruns that ERRORSRC showed, the bytes that waited, and how often the oldest byte was
-    /// lost.
+    /// How many overruns ERRORSRC showed, how many bytes waited in the last repetition, and how often the oldest
+    /// waiting byte was lost.
     overruns: [u32; 3],
-    /// The number of errors in a long break, and their causes.
+    /// How often ERROR came in a long break, and the causes that ERRORSRC showed after the break.
     long_break: [u32; 2],
     /// The parser's cycles for a byte, with and without the cache.
     cycles: [u32; 2],
-    /// The frames sent, the frames committed, and the overruns.
+    /// How many frames were sent, how many were committed, and how many overruns there were.
     frames: [u32; 3],
     /// Microseconds from SEQSTART to the period's end, and whether SEQSTART began a period.
     period: [u32; 2],
     /// The values of ERRORSRC after each of three writes.
     clearing: [u32; 3],
-    /// The transfers that a second STARTRX ended, and the bytes stored after it.
+    /// How many transfers a second STARTRX ended, and how many bytes were stored in total after these tasks.
     second_start: [u32; 2],
     /// Cycles until RXTO with and without an open transfer, and how often RXTO came without STOPRX.
     stopping: [u32; 3],
@@ -223,7 +224,7 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// The self-test starts with a running watchdog, as after it was flashed over the firmware.
+/// The self-test starts with a running watchdog, as if it had been flashed over the firmware.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut board = Board::new(image("self-test")).unwrap();

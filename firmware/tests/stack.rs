@@ -26,7 +26,7 @@ struct Code<'a> {
     panic: Option<u32>,
 }
 
-/// The stack that a function takes, which is the sum of all its pushes, and the functions that it calls.
+/// The stack that a function takes (the sum of all its pushes), and the functions that it calls.
 #[derive(Default)]
 struct Function {
     takes: u32,
@@ -89,7 +89,7 @@ impl<'a> Code<'a> {
     fn depth(&self, function: u32, callers: &[u32]) -> u32 {
         if let Some(before) = callers.iter().rposition(|&caller| caller == function) {
             // One recursion is allowed: a panic is logged, and the log's library panics if it is called while it writes
-            // a log. Nothing else panics during a log entry, so this second panic never happens.
+            // a log entry. No other code panics while an entry is written, so this second panic never happens.
             if self.panic == Some(function) {
                 return 0;
             }

@@ -1,9 +1,9 @@
 //! Decides which of the received bytes reach the firmware's receiver. Accesses the hardware only through [`Registers`].
 //!
 //! Each transfer of EasyDMA stores one byte, and ENDRX is the event at its end. At each ENDRX the handler reads the
-//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. Transfers are also
-//! started when the UARTE is switched on, but nowhere else, so no byte is overwritten before it is read. Bytes that
-//! arrive between two transfers wait in the UARTE's FIFO.
+//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. A transfer is also
+//! started when the UARTE is switched on. No other code starts a transfer, so no byte is overwritten before it is read.
+//! Bytes that arrive between two transfers wait in the UARTE's FIFO.
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte
 //! *waits* if it is in the FIFO. A gap is a silence that ends a frame.
@@ -30,15 +30,15 @@
 //!
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
 //! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
-//! a round at each tick, so a lost, duplicated or late event of this kind delays a decision by at most one tick. A lost
-//! ENDRX shows in memory, because a byte that has lain there for a whole tick was never read. A duplicate ENDRX is
-//! cleared before the next transfer.
+//! a round at each tick. So if one of these other events is lost, duplicated or late, a decision is delayed by at most
+//! one tick. A lost ENDRX can be noticed in memory, because a byte that has lain in memory for a whole tick was never
+//! read. A duplicate ENDRX is cleared before the next transfer.
 //!
-//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. The UARTE's receiver must be stopped before it
-//! is switched off, so the reception triggers STOPRX, and RXTO follows five byte times later. No handler has to wait
-//! for RXTO, because RXTO causes an interrupt. If RXTO is lost, the wait ends in the first round that finds twice the
-//! time `GAP` elapsed since STOPRX. If RXTO comes too early, the UARTE is switched off while its receiver still runs.
-//! Bytes that arrive while the reception is stopping are lost, but the loss has already been reported.
+//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. Before the UARTE is switched off, its receiver
+//! must be stopped. So the reception triggers STOPRX, and RXTO follows five byte times after STOPRX. No handler has to
+//! wait for RXTO, because RXTO causes an interrupt. If RXTO is lost, the wait ends in the first round that finds twice
+//! the time `GAP` elapsed since STOPRX. If RXTO comes too early, the UARTE is switched off while its receiver still
+//! runs. Bytes that arrive while the reception is stopping are lost, but the loss has already been reported.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -49,8 +49,8 @@ mod verification;
 
 use framelock::LineEvent;
 
-/// The value in memory while no byte is stored there. Any value would do, because a received byte with this value goes
-/// unnoticed only if its ENDRX is lost, and only until the FIFO overruns.
+/// The value in memory while no byte is stored there. Any value would do. A received byte with this value goes
+/// unnoticed only if its ENDRX is lost, and even then only until the FIFO overruns.
 pub const NO_BYTE: u8 = 0xEE;
 
 /// The largest number of line errors that may interrupt between two ticks. Further errors cause no interrupt, so that a
@@ -61,7 +61,7 @@ pub const ERRORS_A_TICK: u8 = 32;
 /// After this number of restarts in a row without a byte, the reception counts as broken.
 const MOST_RESTARTS: u16 = 8;
 
-/// The bit of ERRORSRC that says that a byte was lost because the FIFO was full.
+/// The bit of ERRORSRC for an overrun: a byte was lost because the FIFO was full.
 const OVERRUN: u32 = 1;
 /// The line events, in the order of ERRORSRC's bits.
 const EVENTS: [LineEvent; 4] = [
@@ -92,9 +92,9 @@ pub trait Registers {
     fn stopped(&mut self) -> bool;
     /// Switches the UARTE off and on, which empties the FIFO. Then clears ERRORSRC and opens a transfer.
     fn start_anew(&mut self);
-    /// Sets which events cause interrupts. `to_errors` switches the interrupt at ERROR on or off. `to_none_waits` does
-    /// the same for the interrupt at which the timer reaches `NONE_WAITS`. From here on ENDRX causes interrupts, and
-    /// RXTO does not.
+    /// Sets which events cause interrupts. `to_errors` switches the interrupt at ERROR on or off. `to_none_waits`
+    /// switches another interrupt on or off, which comes when the timer reaches `NONE_WAITS`. From here on ENDRX causes
+    /// interrupts, and RXTO does not.
     fn listen(&mut self, to_errors: bool, to_none_waits: bool);
     /// Hands on a byte to the receiver.
     fn push(&mut self, byte: u8);
@@ -186,14 +186,14 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
 
     /// Performs a tick. The caller must prevent rounds during the call, and request a round after it. Returns whether
     /// the reception works. It does not work if there was no round since the last tick, or if one ENDRX after another
-    /// is lost. In these cases only a reset may help.
+    /// is lost. In these cases only a reset can help.
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         self.errors = 0;
         if self.state != State::Stopping {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // Seeing a byte once does not prove that its ENDRX is lost, because ENDRX may still come.
+            // A byte that is seen at only one tick may have just been stored, so its ENDRX may still come.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -209,7 +209,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
-        // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4), so its ENDRX came before
+        // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4). So its ENDRX came before
         // the overrun, or is lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not
         // come, it is lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;

@@ -6,21 +6,20 @@
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
 //!   with a good stop bit. The chip does not report this false byte, but the reception has reported an event before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
-//! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX counts as
-//!   lost if it has not come although its byte has lain in memory from one tick to the next, or although the FIFO
-//!   has overrun.
+//! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX that has not
+//!   come counts as lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
 //!   or drops it. If the round drops the byte, an event has been reported since the last byte was handed on, by this
-//!   round or before it. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or lost.
-//!   It clears ENDRX and ERROR.
+//!   round or an earlier one. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or
+//!   lost. It clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
-//!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no
-//!   further byte arrives, these are at most the byte in memory and the bytes in the FIFO. If rounds are late and bytes
-//!   follow each other without a pause, there is no such round before the first pause.
-//! * L3. If an ENDRX is lost, the reception reports it and stops the UARTE by the second tick. If the byte looks
-//!   like no byte, the reception does so only when the FIFO has overrun. The UARTE is restarted in the round that
-//!   RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first round
-//!   that finds twice the time `GAP` elapsed since the stop. From then on L2 holds. If one ENDRX after another is
+//!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no byte
+//!   arrives after the last error, these are at most the byte in memory and the bytes in the FIFO. If rounds are late
+//!   and bytes follow each other without a pause, the drain does not end before the first pause.
+//! * L3. If an ENDRX is lost, the reception reports the loss and stops the UARTE by the second tick. If the byte in
+//!   memory looks like no byte, the report and the stop come only when the FIFO has overrun. The UARTE is restarted in
+//!   the round that RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first
+//!   round that finds twice the time `GAP` elapsed since the stop. From then on L2 holds. If one ENDRX after another is
 //!   lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
@@ -31,9 +30,9 @@
 //! The proof is by induction. [`chip`] models the chip as the handler sees it. [`invariant`] states the invariant of
 //! the chip and the reception. The invariant holds at the start, and every step of the chip preserves it ([`safety`]).
 //! Every round and every tick also preserves the invariant, even though **the chip may do anything between any two
-//! accesses**: before each access, [`chip::Chip::moves`] takes any number of the chip's steps. L4 is proved with the
-//! same freedom. L1 to L3 are proved for rounds and ticks during which the chip takes no step. L2 and L3 also assume
-//! that the chip makes progress between rounds (fairness; see [`liveness`]).
+//! accesses**: before each access, [`chip::Chip::moves`] takes any number of the chip's steps. The proof of L4 also
+//! lets the chip take steps between two accesses. L1 to L3 are proved for rounds and ticks during which the chip takes
+//! no step. L2 and L3 also assume that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
 //! Decisions read only the events ENDRX and RXTO. The model also has ERROR, which only wakes the handler. All other
 //! events may be lost, duplicated or late. If no event wakes the handler, the next tick requests the round. RXTO may
@@ -41,22 +40,23 @@
 //!
 //! The proof makes these assumptions about the chip. The self-test's table has a row for each:
 //!
-//! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If a byte waits at
-//!   that time and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks like
-//!   no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of any other byte may be
-//!   late by any amount of time, or lost. A byte that begins to wait later may be stored at any later time.
+//! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a time a
+//!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
+//!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
+//!   another value may be late by any amount of time, or lost. A byte that begins to wait later may be stored at any
+//!   later time.
 //! * A2. The FIFO continues to receive while no transfer is open.
-//! * A3. ERRORSRC shows an error before any byte received after the error is stored. If the corrupted byte itself is
-//!   stored, as with a parity error, ERRORSRC shows the error before this byte is stored, too.
-//! * A4. ERRORSRC also shows an overrun before any byte that follows the lost one is stored. An overrun may lose any
+//! * A3. When a byte that was received after an error is stored, ERRORSRC already shows the error. If the corrupted
+//!   byte itself is stored, as with a parity error, ERRORSRC also shows the error by then.
+//! * A4. When a byte that follows a lost byte is stored, ERRORSRC already shows the overrun. An overrun may lose any
 //!   bytes of the FIFO, but at least one byte stays there. The FIFO does not overrun while a transfer is open and the
 //!   timer is at `NONE_WAITS` or later, because the transfer takes a byte first.
-//! * A5. ENDRX does not come while a transfer is open, except in L4. There, a second STARTRX leaves the open transfer
-//!   open. The handler cannot distinguish the spurious byte of L4 from a real one: any of the 256 values in memory may
-//!   be a received byte, and only ENDRX shows that a byte with the value `NO_BYTE` has come.
+//! * A5. ENDRX does not come while a transfer is open, except in L4. In the case of L4, a second STARTRX does not end
+//!   the open transfer. The handler cannot distinguish the spurious byte of L4 from a real byte. Any of the 256 values
+//!   in memory may be a received byte. Only ENDRX shows that a byte with the value `NO_BYTE` has come.
 //!
-//! The FIFO of the model holds three bytes. The model numbers the bytes in the order of the line, and identifies each
-//! byte by its number.
+//! The FIFO of the model holds three bytes. The model numbers the bytes in the order in which they are sent, and
+//! identifies each byte by its number.
 
 #![allow(
     clippy::arithmetic_side_effects,

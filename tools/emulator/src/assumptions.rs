@@ -4,7 +4,7 @@
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
 /// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. Each such event
-/// decrements it, and resets do not restore it. [`u32::MAX`] means every event.
+/// decrements the field, and resets do not restore the field's value. [`u32::MAX`] means every event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -12,19 +12,21 @@
 )]
 #[non_exhaustive]
 pub struct Assumptions {
-    /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur
-    /// before the corresponding data has been transferred to Data RAM", but not by how much.
+    /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur before
+    /// the corresponding data has been transferred to Data RAM", but does not say how long before.
     pub dma_lag: u64,
     /// Cycles from the end of a byte until its RXDRDY, which always comes before the next byte. If this lag is at least
     /// `dma_lag` and not 0, RXDRDY comes after the byte is stored, and after the ENDRX of a full transfer. The
-    /// specification only says "likely"; Renode's model raises ENDRX first.
+    /// specification says only that RXDRDY is "likely" to come first. Renode's model raises ENDRX first.
     pub ready_lag: u64,
     /// RXDRDY comes when a byte enters the FIFO. By default it comes when the byte reaches the FIFO's
     /// head, as a Nordic engineer says (Zephyr#27233).
     pub ready_at_store: bool,
-    /// RXDRDY also comes for a byte with a framing error, which is not stored. The specification does not say.
+    /// RXDRDY also comes for a byte with a framing error, which is not stored. The specification does not say whether
+    /// RXDRDY comes for such a byte.
     pub ready_on_framing_error: bool,
-    /// RXDRDY comes for a byte that is lost to an overrun. The specification does not say.
+    /// RXDRDY also comes for a byte that is lost to an overrun. The specification does not say whether RXDRDY comes for
+    /// such a byte.
     pub ready_on_overrun: bool,
     /// Number of RXDRDY events that are lost. A trace in Zephyr#49021 lacks one RXDRDY.
     pub lost_ready: u32,
@@ -36,8 +38,8 @@ pub struct Assumptions {
     pub doubled_end: u32,
     /// Cycles from an ENDRX until its repetition.
     pub double_lag: u64,
-    /// The second ENDRX comes even if the firmware has read ERRORSRC or started another transfer since the first. By
-    /// default it does not come in this case.
+    /// The second ENDRX comes even if the firmware has read ERRORSRC or started another transfer since the first ENDRX.
+    /// By default the second ENDRX does not come in this case.
     pub doubled_when_open: bool,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
@@ -46,12 +48,12 @@ pub struct Assumptions {
     /// An overrun drops the oldest byte of the FIFO ("previous data is lost"), as in `BabbleSim`'s model. By
     /// default it drops the new byte.
     pub overrun_drops_oldest: bool,
-    /// An overrun comes at the start bit of the byte that finds no room, and the byte before it is lost (the
-    /// specification: "a start bit is received while the previous data still lies in RXD"). By default the
-    /// overrun comes at the end of the byte.
+    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost. The
+    /// specification says: "a start bit is received while the previous data still lies in RXD". By default the overrun
+    /// comes at the end of the byte.
     pub overrun_at_start_bit: bool,
-    /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default each 1 bit clears its
-    /// cause.
+    /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default, writing 1 to a bit clears only
+    /// this bit's cause.
     pub any_write_clears: bool,
     /// RXTO also comes with each ENDRX (Zephyr#103578).
     pub causeless_timeout: bool,
@@ -128,9 +130,9 @@ impl Assumptions {
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
         let change = |name, change: fn(&mut Self)| (name, Self::default().with(change));
-        // Two deviations are left out. With `doubled_when_open`, firmware cannot tell an ENDRX from its repetition, so
-        // it takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops the receiver. The
-        // firmware then waits longer before it starts the receiver again.
+        // Two deviations are left out. With `doubled_when_open`, firmware cannot distinguish the second ENDRX from the
+        // first one, so the firmware takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops
+        // the receiver. The firmware then waits longer before it starts the receiver again.
         vec![
             change("dma_lag", |a| a.dma_lag = LONGEST_LAG),
             change("end_before_ready", |a| a.ready_lag = a.dma_lag),
@@ -211,7 +213,7 @@ impl Assumptions {
             lost_timeout: if up_to(3) == 0 { u32::MAX } else { 0 },
             start_drops_byte: up_to(1) == 1,
             start_twice_is_ignored: up_to(1) == 1,
-            // With this assumption, a doubled ENDRX may lose a byte.
+            // If this field were true, a doubled ENDRX could lose a byte.
             doubled_when_open: false,
             start_cuts_period: up_to(1) == 1,
             twice_is_once: up_to(1) == 1,

@@ -28,8 +28,8 @@ const LOCKED_UP: u32 = 0xFFFF_FFFE;
 /// The number of steps of the core between two checks for a soft reset. A check takes longer than a step, so the board
 /// does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// The fewest cycles that a tail chain takes, which leads from one handler directly into the next. A branch takes
-/// fewer, so the cycles of a step distinguish the two.
+/// The fewest cycles that a tail chain takes. A tail chain leads from one handler directly into the next. A branch
+/// takes fewer cycles, so the cycles of a step tell whether it was a tail chain or a branch.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -47,7 +47,7 @@ pub struct Board {
     memory: Memory,
     image: Image,
     now: u64,
-    /// The next instant at which a peripheral acts. Before it, only the core acts.
+    /// The next instant at which a peripheral acts. Before this instant, only the core acts.
     quiet_until: u64,
     lines: u64,
     /// A copy of the core's state after its last step. The copy saves time, because reading the state from the core
@@ -195,7 +195,7 @@ impl Board {
         }
         self.now += cycles;
         self.look(pc, before, after)?;
-        // A core that has just gone to sleep may wake immediately, because masked interrupts also wake it.
+        // A core that has just gone to sleep may wake immediately, because masked interrupts also wake the core.
         if slept_on && !self.shared.touched.load(Relaxed) {
             let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
             let wake = self.quiet_until.min(until).min(hold_off);
@@ -314,7 +314,8 @@ impl Board {
             return Ok(());
         }
         if self.it_state != 0 {
-            // Let the interrupt wait until the IT block ends, because rsemu would forget the block's condition.
+            // Let the interrupt wait until the IT block ends, because rsemu would otherwise forget the block's
+            // condition.
             self.quiet_until = self.now;
             return Ok(());
         }

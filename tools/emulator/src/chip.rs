@@ -68,8 +68,8 @@ impl Chip {
     }
 
     /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR survives every
-    /// reset. RESETREAS survives every reset except a brown-out, which clears it, as power-on does. RAM is kept; on
-    /// silicon a brown-out may also destroy its contents.
+    /// reset. RESETREAS survives every reset except a brown-out. A brown-out clears RESETREAS, as power-on does. RAM
+    /// keeps its contents, but on silicon a brown-out may destroy them.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
@@ -172,7 +172,8 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // If the task itself has recorded a refusal, `check` keeps it, because it is more specific.
+        // If the task itself has recorded a refusal, `check` keeps the task's refusal, because this refusal is more
+        // specific.
         self.check(done, Access::Task, address);
     }
 

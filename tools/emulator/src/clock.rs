@@ -2,8 +2,8 @@
 //!
 //! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, so one struct models them. RESETREAS
 //! belongs to POWER, and the debug port's protection is described in "Debug and trace". The model of the low-frequency
-//! clock covers only its start. In the model, RTC1 and the watchdog run even if this clock was not started. On silicon
-//! RTC1 needs the clock to be started, but the watchdog starts the clock itself.
+//! clock covers only its start. In the model, RTC1 and the watchdog run even if this clock was not started. On silicon,
+//! firmware must start this clock for RTC1, but the watchdog starts the clock itself.
 
 use crate::MICROSECOND;
 use crate::line::SerialLine;

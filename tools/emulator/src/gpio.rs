@@ -50,9 +50,9 @@ impl Default for Port {
 }
 
 impl Port {
-    /// Returns the value of IN. The argument has the pins that are driven from outside the chip, and their levels. If a
-    /// pin's input buffer is connected, an output reads its own level. An input reads the level from outside, or the
-    /// level of its pull-up if nothing drives it.
+    /// Returns the value of IN. The argument has the pins that are driven from outside the chip, and the levels of
+    /// these pins. A pin is read only if its input buffer is connected. An output then reads its own level. An input
+    /// reads the level from outside, or the level of its pull-up if nothing drives the pin.
     fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
         let pins = |are: fn(u32) -> bool| {
             let configurations = (0..32).zip(self.configuration);

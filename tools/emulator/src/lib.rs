@@ -38,10 +38,11 @@
 //! Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
 //! this section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
-//! **An access to a register that is not modelled is an error**, which names address, peripheral and program counter.
-//! Such a register never silently reads as zero. This applies to the peripherals' address range only. `rsemu` models
-//! the core's own registers (`0xE000_0000`), and reads registers that it does not know as zero. An interrupt in an IT
-//! block waits until the block ends, at most four instructions, because `rsemu` would forget the block's condition.
+//! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
+//! program counter. Such a register never silently reads as zero. This applies to the peripherals' address range only.
+//! `rsemu` models the core's own registers (`0xE000_0000`). A core register that `rsemu` does not model reads as zero.
+//! An interrupt in an IT block waits until the block ends, at most four instructions, because `rsemu` would otherwise
+//! forget the block's condition.
 //!
 //! # Time
 //!
@@ -50,10 +51,11 @@
 //! that accesses it.
 //!
 //! **Cycle counts are those of the model, not of silicon.** Every instruction takes one cycle, plus one for each data
-//! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. The
-//! Cortex-M4's manual says 12 and 10 for memory without wait states; the model charges stacking twice. It has no flash
-//! wait states, no bus contention and no write buffer, so silicon may be slower. Only a board can show how much slower.
-//! [`Assumptions::slowness`] makes the model slower. While the core sleeps, SysTick and the cycle counter stand still.
+//! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. For
+//! memory without wait states, the Cortex-M4's manual says 12 and 10 cycles. The model takes more, because it counts
+//! the stacking and unstacking of registers twice. The model has no flash wait states, no bus contention and no write
+//! buffer, so silicon may be slower. Only a board can show how much slower. [`Assumptions::slowness`] makes the model
+//! slower. While the core sleeps, SysTick and the cycle counter stand still.
 //!
 //! Even for tests, build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions
 //! (`[profile.dev.package.rsemu]`). Then a busy core is emulated about as fast as the chip runs.

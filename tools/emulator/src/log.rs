@@ -1,8 +1,9 @@
 //! The firmware's log. Fetches bytes from SEGGER RTT, as a debug probe does, and decodes them with the defmt
 //! texts in the ELF.
 //!
-//! RTT's control block `_SEGGER_RTT` is SEGGER's `SEGGER_RTT_CB`: "SEGGER RTT" padded to 16 bytes, the numbers
-//! of up- and down-channels, then for each up-channel: name, buffer, size, write offset, read offset, flags.
+//! RTT's control block `_SEGGER_RTT` is SEGGER's `SEGGER_RTT_CB`. It begins with "SEGGER RTT" padded to 16 bytes, the
+//! number of up-channels and the number of down-channels. Then it has six words for each up-channel: name, buffer,
+//! size, write offset, read offset, flags.
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 

@@ -1,8 +1,7 @@
 //! The common parts of all peripherals: registers, tasks, events, shorts, interrupts.
 //!
-//! nRF52840 Product Specification, section "Peripheral interface": tasks lie at 0x000, events at
-//! 0x100, SHORTS at 0x200, INTEN, INTENSET and INTENCLR at 0x300; bit n of INTEN is the event at
-//! 0x100 + 4 n.
+//! nRF52840 Product Specification, section "Peripheral interface": tasks begin at offset 0x000, and events at 0x100.
+//! SHORTS is at 0x200. INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
 
 use crate::assumptions::Assumptions;
 use crate::clock::HFXO_STARTUP;
@@ -84,7 +83,7 @@ impl Context {
         self.raised.push(event);
     }
 
-    /// Records a refusal, unless one was recorded before, because later refusals are consequences of the first.
+    /// Records only the first refusal, because later refusals are consequences of the first one.
     pub(crate) fn refuse(&mut self, refusal: Refusal) {
         self.refusal.get_or_insert(refusal);
     }

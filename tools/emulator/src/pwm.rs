@@ -4,8 +4,9 @@
 //! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and rejected: sequence 1, ENDDELAY, LOOP,
 //! the other loads, NEXTSTEP, up-and-down counter.
 //!
-//! The specification leaves some points open. The model assumes the following. SEQSTART while the PWM runs takes effect
-//! at the end of the period. EasyDMA fetches a step when the step is loaded; the first step is loaded at SEQSTART.
+//! The specification leaves two points open. The model assumes the following. If SEQSTART is triggered while the PWM
+//! runs, the new sequence begins at the end of the period. EasyDMA fetches a step when the step is loaded; the first
+//! step is loaded at SEQSTART.
 
 use crate::MICROSECOND;
 use crate::error::Refusal;
@@ -189,7 +190,7 @@ impl Pwm {
                 self.values = values;
             }
         } else {
-            // The last step is repeated until another sequence starts.
+            // After the last step, the PWM repeats this step until another sequence starts.
             self.played = None;
             context.raise(SEQEND0);
         }

@@ -1,8 +1,8 @@
 //! RTC1: nRF52840 Product Specification, section "RTC".
 //!
-//! A counter of 24 bits, at 32 768 Hz / (PRESCALER + 1). COMPARE\[n\] is raised when the count *becomes*
-//! CC\[n\], and OVRFLW when it becomes 0, each only while it is enabled in INTEN. TICK, and EVTEN for
-//! PPI, are not modelled and are rejected.
+//! A counter of 24 bits, at 32 768 Hz / (PRESCALER + 1). COMPARE\[n\] is raised when the count *becomes* CC\[n\], and
+//! OVRFLW when the count becomes 0. Each of these events is raised only while it is enabled in INTEN. TICK, and EVTEN
+//! for PPI, are not modelled and are rejected.
 //!
 //! Tasks take effect immediately. On silicon they take effect at the next edges of the low-frequency clock.
 //! The model does not check that the firmware has started this clock.
@@ -64,7 +64,7 @@ impl Peripheral for Rtc {
         self.registers.write(offset, value)?;
         self.counter.cycles = CYCLES_PER_SECOND * (u64::from(self.registers.prescaler) + 1);
         if offset >= CC {
-            // No event comes if the count already equals the new value, because the count does not change to it.
+            // No event comes if the count already equals the new value, because the count does not change.
             self.counter.seen = context.now;
         }
         Some(())

@@ -74,8 +74,7 @@ impl Peripheral for Timer {
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         if offset < CC && self.running {
-            // "The timer must be stopped": changes of the other registers while it runs are not
-            // modelled.
+            // "The timer must be stopped": changes of the other registers are not modelled while the timer runs.
             return None;
         }
         self.registers.write(offset, value)?;
@@ -87,7 +86,7 @@ impl Peripheral for Timer {
         };
         self.counter.cycles = (MICROSECOND / 16) << self.registers.prescaler;
         if offset >= CC {
-            // No event comes if the count already equals the new value, because the count does not change to it.
+            // No event comes if the count already equals the new value, because the count does not change.
             self.counter.seen = context.now;
         }
         Some(())

@@ -71,8 +71,8 @@ pub(crate) struct Step {
     pub(crate) after: u16,
     /// Whether the exception `before` is still active.
     pub(crate) before_active: bool,
-    /// Whether the handler returned and was entered again in this step, so that the next instruction
-    /// is its first.
+    /// Whether the handler returned and was entered again in this step. The next instruction is then the handler's
+    /// first.
     pub(crate) entered_again: bool,
     pub(crate) at: u64,
     pub(crate) cycles: u64,
@@ -84,8 +84,8 @@ impl Handlers {
         self.active.clear();
     }
 
-    /// Records a step. Returns whether the step executed an instruction, and the handler's run that the step completed,
-    /// if any. A step that only enters an exception executes no instruction.
+    /// Records a step. Returns whether the step executed an instruction. If the step completed a run of a handler, also
+    /// returns this run. A step that only enters an exception executes no instruction.
     pub(crate) fn step(&mut self, step: &Step) -> (bool, Option<Activation>) {
         if step.before == step.after && !step.entered_again {
             self.charge(step.cycles);

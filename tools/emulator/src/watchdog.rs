@@ -1,8 +1,9 @@
 //! The watchdog: nRF52840 Product Specification, section "WDT".
 //!
-//! The watchdog counts down from CRV at 32 768 Hz. When all enabled reload requests have come, it starts again from
-//! CRV. Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz clock after TIMEOUT. The
-//! model supports only the setting after a reset, in which the watchdog also runs while the CPU sleeps.
+//! The watchdog counts down from CRV at 32 768 Hz. When all enabled reload requests have come, the watchdog starts
+//! again from CRV. Once started, it runs until a reset. The watchdog resets the chip two cycles of the 32.768 kHz clock
+//! after TIMEOUT. The model supports only the setting after a reset, in which the watchdog also runs while the CPU
+//! sleeps.
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;

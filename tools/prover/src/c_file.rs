@@ -1,8 +1,8 @@
 //! Reads C files, which contain harnesses in C, and functions that harnesses in Rust call.
 //!
-//! A harness in C is a function `void proof_NAME_BOUND(void)`, where no loop runs more than `BOUND - 1` times. The
-//! files declare it with the macro `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an `int` of 32 bits
-//! and once for an `int` of 16 bits.
+//! A harness in C is a function `void proof_NAME_BOUND(void)`. No loop in the harness may run more than `BOUND - 1`
+//! times. The files declare harnesses with the macro `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an
+//! `int` of 32 bits and once for an `int` of 16 bits.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -80,7 +80,7 @@ impl CFile {
     }
 }
 
-/// Returns the C file of a harness, which has the same name as one of the harness's modules.
+/// Returns the C file of a harness. The file's name is the name of one of the harness's modules.
 pub(crate) fn file_of<'a>(harness: &Harness, files: &'a [CFile]) -> Result<&'a CFile> {
     let mut modules = harness.name.split("::");
     let file = modules.find_map(|module| files.iter().find(|file| file.name == module));

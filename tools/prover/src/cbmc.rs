@@ -86,7 +86,8 @@ struct Property {
     source_location: Place,
 }
 
-/// The source position of a property. Positions in translated Rust have no file, because they mean nothing to readers.
+/// The source position of a property. For translated Rust, the position has no file, because a position in the
+/// translated C program means nothing to readers.
 #[derive(Default, Deserialize)]
 struct Place {
     #[serde(default)]
@@ -263,8 +264,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Returns the values of a counterexample. Each line has a value's type, the source position at which the harness
-    /// asked for the value, and the numbers of which the value consists.
+    /// Returns the values of a counterexample. Each line has the type of a value, the source position at which the
+    /// harness asked for this value, and the numbers in the value.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let properties = self.properties(&["--trace", "--property", property])?;
         let properties = properties.into_iter().flatten();

@@ -17,7 +17,8 @@ use crate::llvm::Module;
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// The optimisation passes that the compiler runs before it writes LLVM's assembly. They inline calls and turn memory
-/// that needs no address into values. They do not change loops, so that CBMC sees loop counters as plain numbers.
+/// that needs no address into values. They do not change loops. In unchanged loops, CBMC sees loop counters as plain
+/// numbers.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
@@ -72,8 +73,8 @@ impl<'a> Sources<'a> {
         flags.extend(passes);
         flags.extend(self.stand_in.iter().map(String::as_str));
         let mut cargo = self.cargo("build", &flags);
-        // With `--target`, the compiler's flags apply only to code for this target. They do not apply to the procedural
-        // macros, which run on the host.
+        // With `--target`, the compiler's flags apply only to code for this target. The flags do not apply to the
+        // procedural macros, which run on the host.
         cargo
             .args(["--release", "--target", &host, "--target-dir"])
             .arg(self.target.join(folder))

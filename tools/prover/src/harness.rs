@@ -91,9 +91,9 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     Ok(harnesses.into_values().collect())
 }
 
-/// Returns whether the function ends with a cover. This means that, on some path to its end, the last call is a cover
-/// or a function that itself ends with a cover, and that only unconditional jumps follow this call. Then an input that
-/// satisfies the cover reaches the end.
+/// Returns whether the function ends with a cover: on some path to its end, the last call is a cover, or is a function
+/// that ends with a cover. Only unconditional jumps may follow this call. Then an input that satisfies the cover
+/// reaches the end.
 fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
     let Some(function) = module.functions.get(symbol) else {
         return Ok(false);

@@ -109,7 +109,8 @@ fn run(arguments: &Arguments) -> Result<bool> {
 /// Returns the harnesses that the arguments choose.
 fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result<Vec<Harness>> {
     let mut harnesses = harnesses(&sources.as_written()?)?;
-    // Keep only the harnesses of the given packages. The module also contains those of packages on which they depend.
+    // Keep only the harnesses of the given packages. The module also contains the harnesses of packages on which the
+    // given packages depend.
     harnesses.retain(|harness| {
         let mut packages = arguments.packages.iter();
         packages.any(|package| harness.is_in(&package.replace('-', "_")))

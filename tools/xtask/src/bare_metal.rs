@@ -1,6 +1,6 @@
-//! Chooses a compiler for programs without an operating system: the toolchain in PATH if it has the
-//! targets or rustup can add them, and otherwise Debian's compiler, which comes with the source of
-//! Rust's own `core`.
+//! Chooses a compiler for programs without an operating system. Chooses the toolchain in PATH if it has the targets, or
+//! if rustup can add the targets to it. Otherwise chooses Debian's compiler, which comes with the source of Rust's own
+//! `core`.
 
 use std::path::Path;
 
@@ -76,8 +76,8 @@ impl Compiler {
     }
 }
 
-/// Returns whether the toolchain in PATH has `core` for the target. The folder alone does not suffice, because an
-/// interrupted installation may have left it behind.
+/// Returns whether the toolchain in PATH has `core` for the target. The existence of the folder does not suffice,
+/// because an interrupted installation may have left the folder behind.
 fn has_core(sh: &Shell, target: &str) -> bool {
     let rustc = cmd!(sh, "rustc --print target-libdir --target {target}").quiet();
     let files = rustc.read().and_then(|folder| sh.read_dir(folder));

@@ -25,7 +25,8 @@ const BROWSERS: [&str; 4] = [
     "google-chrome-stable",
 ];
 
-/// Tests the page in a headless Chromium and in Firefox, and compares it with the command line.
+/// Tests the page in a headless Chromium and in Firefox, and compares the page's results with those of the command
+/// line.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     if !BROWSERS.iter().any(|browser| is_in_path(browser)) {

@@ -36,8 +36,8 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // Only tests of the core and of the formats depend on this package. They do not run here, but cargo needs the
-    // package.
+    // Only tests of the core and of the formats depend on this package. These tests do not run here, but cargo needs
+    // the package.
     "fuzz/oracles",
     "c/proofs",
 ];
@@ -259,8 +259,8 @@ mod tests {
         }
     }
 
-    /// Returns the kind of a harness about C, which is its name without its modules and without `_int16`. Harnesses of
-    /// one kind differ only in the header, the width of `int`, and the number of pending bytes.
+    /// Returns the kind of a harness about C: the harness's name without modules and without `_int16`. Harnesses of one
+    /// kind differ only in the header, the width of `int`, and the number of pending bytes.
     fn kind(harness: &str) -> &str {
         let name = harness.rsplit("::").next().unwrap_or(harness);
         name.trim_end_matches("_int16")

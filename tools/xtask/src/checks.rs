@@ -95,8 +95,8 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
-/// Checks that pandas and polars read the command line's tables correctly, and that pymavlink gives the messages of
-/// `MAVLink` the same names.
+/// Checks that pandas and polars read the command line's tables correctly, and that pymavlink and framelock use the
+/// same names for the messages of `MAVLink`.
 pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0", "pymavlink==2.4.50"])?;
     let sh = workspace.shell()?;
@@ -155,7 +155,8 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     // the common folder again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
-        // Check every microcontroller with no features and with all features, and only one with the other subsets.
+        // Check every microcontroller with no features and with all features. Check the other subsets with one
+        // microcontroller only.
         let is_end = index == 0 || features.len() == workspace.core_features.len();
         let targets = if is_end {
             &MICROCONTROLLERS[..]

@@ -21,9 +21,9 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 /// A build: the image's name, the program, and the options that select its features.
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
-/// All images that the tests run. They have the same dependencies, so after the first image, each further image takes
-/// only a second or two to build. The image `lecture` also leaves the debug port unchanged. The image `parser-steps`
-/// contains single steps of the parsers, to measure their costs.
+/// All images that the tests run. All images have the same dependencies, so after the first image, each further image
+/// takes only a second or two to build. The image `lecture` also leaves the debug port unchanged. The image
+/// `parser-steps` contains single steps of the parsers, to measure their costs.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
@@ -114,7 +114,7 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
 }
 
 /// Runs the stage of the examples for other frameworks. The examples must build without a warning from the compiler or
-/// clippy, and pass their tests in the emulator. The commands of their guide must work.
+/// clippy, and pass their tests in the emulator. The commands in the guide to the examples must work.
 pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
@@ -132,7 +132,7 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let mut tests = workspace.cargo_test();
     tests.args(["--test", "examples"]);
     if compiler.is_debian {
-        // The guide's commands use plain `cargo`, which Debian's compiler cannot satisfy.
+        // The guide's commands call plain `cargo`, which does not use Debian's compiler.
         tests.args(["--", "--skip", "the_guides_commands"]);
     } else {
         lint(build()).run()?;

@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files, because calling `cargo kani`
-/// would start the setup if Kani is installed but not set up.
+/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files. If Kani is installed but not
+/// set up, calling `cargo kani` would start the setup.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
@@ -33,7 +33,7 @@ pub(crate) fn version() -> Result<String> {
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let names: Vec<String> = names.collect();
-    // If the downloaded bundle is still there, it was not unpacked completely.
+    // If the downloaded bundle still exists, it was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
     let version = versions.find(|version| !unfinished && content.contains(*version));
@@ -161,8 +161,8 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     answers
 }
 
-/// Runs the command in a process group of its own, prints its output and returns it. When the command ends or this
-/// program is interrupted, all processes of the group are terminated.
+/// Runs the command in a process group of its own. Prints the command's output, and returns the output's lines. When
+/// the command ends or this program is interrupted, all processes of the group are terminated.
 fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
     static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
     let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);

@@ -101,7 +101,7 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
-    // Exit code 3 means that some change made the tests run into their time limit, which counts as noticed.
+    // Exit code 3 means that some change made the tests run into their time limit. Such a change counts as noticed.
     ensure!(
         matches!(status.code(), Some(0 | 3)),
         "some changes are not noticed: see above"
@@ -123,7 +123,7 @@ struct Mutant {
 }
 
 /// Checks all changes of the firmware, or only those that the arguments `more` for cargo-mutants select. A file in
-/// `output` lists the changes that earlier runs have noticed; these changes are not checked again.
+/// `output` lists the changes that were noticed in earlier runs. These changes are not checked again.
 fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) -> Result<()> {
     let config = "firmware/mutants.toml";
     let list = cmd!(

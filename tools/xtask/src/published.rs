@@ -16,8 +16,8 @@ const FORMAT: u64 = 57;
 /// The file in a package's folder that lists each item of the package's public interface.
 const INTERFACE: &str = "PUBLIC-API.txt";
 
-/// Compares the public interface of each package with the committed one. If the variable SNAPSHOTS
-/// is `overwrite`, writes it instead.
+/// Compares the public interface of each package with the committed one. If the variable SNAPSHOTS is `overwrite`,
+/// overwrites the committed interfaces instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     // Build in a separate folder. In the common folder, cargo would compile all dependencies again, because

@@ -1,5 +1,5 @@
-//! Reads the table of theorems in `proofs/README.md`, with the harnesses of each theorem, and a prover's answers about
-//! harnesses.
+//! Reads the table in `proofs/README.md`, which lists the harnesses of each theorem. Also reads a prover's answers
+//! about harnesses.
 
 use std::fs;
 use std::path::Path;

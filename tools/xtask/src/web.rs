@@ -1,6 +1,5 @@
-//! Builds the page that shows the machines in a browser. The page is one file that contains its
-//! style, its script and the machines as WebAssembly, so that it works from a folder and from any
-//! static host.
+//! Builds the page that shows the machines in a browser. The page is one file, which contains its style, its script and
+//! the machines as WebAssembly. So the page works from a folder and from any static host.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

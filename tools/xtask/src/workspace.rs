@@ -14,8 +14,8 @@ use crate::browser;
 pub(crate) const CORE: &str = "framelock";
 
 /// The option with which every cargo command that compiles also runs clippy. Clippy's compiler is rustc with more
-/// lints, and works only with its own toolchain. It is an option of cargo and not an environment variable, because
-/// programs that cargo runs would inherit a variable.
+/// lints, and works only with its own toolchain. An environment variable could also select clippy, but programs that
+/// cargo runs would inherit the variable.
 pub(crate) const CLIPPY: [&str; 2] = ["--config", "build.rustc-workspace-wrapper='clippy-driver'"];
 
 /// The variable that turns clippy's warnings into errors.
@@ -67,8 +67,8 @@ impl Workspace {
     }
 
     /// Returns the command that tests all packages except the [browser's](browser::TESTS). All stages pass the same
-    /// packages to cargo. Cargo chooses the features of common dependencies by these packages, and would compile the
-    /// dependencies again for other packages. Clippy compiles the tests (see [`CLIPPY`]), so that they need not be
+    /// packages to cargo. These packages determine the features of common dependencies. With other packages, cargo
+    /// would compile the dependencies again. Clippy compiles the tests (see [`CLIPPY`]), so that they need not be
     /// compiled again to run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();

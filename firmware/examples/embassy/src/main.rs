@@ -1,8 +1,8 @@
 //! framelock in Embassy, on an nRF52840. It receives setpoints on UARTE0, passes them to a failsafe, and
 //! logs the failsafe's output.
 //!
-//! `BufferedUarteRx` receives in the background. It reports only overruns, so a timer counts all errors
-//! of the UARTE. A read that takes too long shows that the line is idle.
+//! `BufferedUarteRx` receives in the background. It reports no errors except overruns, so TIMER1 counts all errors of
+//! the UARTE. A read that takes too long shows that the line is idle.
 #![no_std]
 #![no_main]
 #![allow(
@@ -66,7 +66,7 @@ async fn main(_spawner: Spawner) {
                 &mut buffer,
             );
             receive_until_overrun(serial, errors.cc(0), &mut line, &failsafe).await;
-            // The driver may have lost its position in the buffer, so restart it.
+            // The driver may have lost its position in the buffer, so restart the driver.
             line.line_event(LineEvent::Overrun, |_| ());
             warn!("{}", LineEvent::Overrun);
         }

@@ -2,9 +2,9 @@
 //!
 //! **This program compiles, but it has never run.**
 //!
-//! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so `Reader` takes
-//! it directly. The driver reports errors of all kinds, each after the bytes that were received before it. The program
-//! turns each error into a line event.
+//! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so framelock's
+//! `Reader` can read from it directly. The driver reports errors of all kinds. It reports an error after it has
+//! returned all bytes that were received before the error. The program turns each error into a line event.
 #![no_std]
 #![no_main]
 #![allow(
@@ -41,7 +41,7 @@ async fn main(_spawner: Spawner) {
                     Error::Overrun => LineEvent::Overrun,
                     Error::Break => LineEvent::Break,
                     Error::Parity => LineEvent::Parity,
-                    // Framing errors, and kinds of errors that later versions may add.
+                    // Framing errors, and kinds of errors that later versions of embassy-rp may add.
                     _ => LineEvent::Framing,
                 };
                 // The pending bytes are discarded and counted. The next read continues.

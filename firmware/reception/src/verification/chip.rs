@@ -14,7 +14,8 @@ pub(super) const TIMES: u8 = 5;
 #[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
 pub(super) struct Byte {
     pub(super) number: u8,
-    /// Whether the byte is not corrupted, and no error occurred between its arrival and its storage in memory.
+    /// Whether the byte is sound: it is not corrupted, and no error occurred between its arrival and its storage in
+    /// memory.
     pub(super) is_sound: bool,
     /// Whether the byte's value is [`NO_BYTE`].
     pub(super) is_hidden: bool,
@@ -32,7 +33,7 @@ pub(super) struct Chip {
     /// The byte that the last transfer stored, until the next transfer is opened.
     pub(super) memory: Option<Byte>,
     pub(super) ended: bool,
-    /// Whether the transfer has ended but ENDRX has not come, because it is late or lost.
+    /// Whether the transfer has ended but ENDRX has not come, because this ENDRX is late or lost.
     pub(super) owes_end: bool,
     /// `failed`: whether a cause is set in ERRORSRC. `error`: whether the event ERROR is set.
     pub(super) failed: bool,
@@ -55,7 +56,7 @@ pub(super) struct Chip {
     /// that byte.
     pub(super) expected: u8,
     pub(super) reported: bool,
-    /// Whether ENDRX was late or lost when the handler last read it.
+    /// Whether ENDRX was late or lost when the handler last read this event.
     pub(super) owed: bool,
     /// The byte that the round read last. This field and the next ones record the actions of a round.
     pub(super) looked_at: Option<Byte>,
@@ -99,9 +100,10 @@ impl Chip {
         }
     }
 
-    /// Advances the timer by any amount of time, except while a byte waits and a transfer is open. So a byte that waits
-    /// when the timer is 0 is stored before `NONE_WAITS` (A1). A byte that begins to wait later may be stored after any
-    /// delay. The model covers this, because it lets the byte arrive after the same delay.
+    /// Advances the timer by any amount of time, except while a byte waits and a transfer is open. So if a byte waits
+    /// when the timer is 0, it is stored before `NONE_WAITS` (A1). A byte that begins to wait later may be stored after
+    /// any delay. In the model, such a byte arrives later instead, because the timer does not advance between its
+    /// arrival and its storage.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
@@ -119,8 +121,9 @@ impl Chip {
             // All bytes are sound, and the FIFO has room for them.
             self.new += more;
         } else {
-            // ERRORSRC shows an error before the first of these bytes is stored (A3). The error may have corrupted this
-            // byte. An overrun may lose any bytes that were in the FIFO, but at least one byte stays there (A4).
+            // When the first of these bytes is stored, ERRORSRC already shows an error (A3). The error may have
+            // corrupted this byte. An overrun may lose any bytes that were in the FIFO, but at least one byte stays
+            // there (A4).
             self.failed = true;
             self.error |= kani::any::<bool>();
             self.old = kani::any();
@@ -159,8 +162,8 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// Takes the chip's steps before an access. An access need not call this function if it makes no difference whether
-    /// the chip's steps come before this access or before the next one.
+    /// Takes the chip's steps before an access. An access need not call this function if the chip's steps may as well
+    /// come before the next access.
     fn access(&mut self) {
         if self.moves {
             self.moves();
@@ -206,8 +209,8 @@ impl Registers for Chip {
         self.error = false;
         self.access();
         let (failed, overran) = (self.failed, self.overran);
-        // Another error may come before the causes that were read are cleared. It is cleared with them if it has the
-        // same cause, or if any write clears all causes.
+        // Another error may come after the causes are read and before they are cleared. Then clearing also removes this
+        // error if its cause is among the causes that were read, or if any write clears all causes.
         self.access();
         if !failed {
             return 0;

@@ -55,10 +55,10 @@ impl Chip {
         !self.stopping
             && self.is_possible()
             && self.is_in_order()
-            // An event was reported before any byte that follows the drain.
+            // During a drain, an event has been reported since the last byte was handed on.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that it holds now came later.
+            // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that are now in the FIFO came later.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
@@ -91,8 +91,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// Returns whether every error so far was reported: either the next byte to hand on is the successor of the last
-    /// byte handed on, or an event was reported since.
+    /// Returns whether every error so far was reported. Either the next byte to hand on directly follows the last byte
+    /// handed on, or an event was reported between the two.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0

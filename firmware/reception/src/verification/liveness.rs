@@ -6,8 +6,8 @@ use super::invariant::{any_reception, any_that_takes_bytes};
 use crate::{MOST_RESTARTS, State};
 
 impl Chip {
-    /// Makes progress in an open transfer. If a byte waits, the byte is stored, and its ENDRX comes unless it is late
-    /// or lost. If no byte waits, `NONE_WAITS` elapses.
+    /// Makes progress in an open transfer. If a byte waits, the byte is stored, and its ENDRX comes, unless this ENDRX
+    /// is late or lost. If no byte waits, `NONE_WAITS` elapses.
     fn does_what_it_must(&mut self) {
         if self.open && (self.old > 0 || self.new > 0) {
             self.stores();
@@ -33,7 +33,7 @@ fn a_round_takes_what_has_come() {
     assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
     assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
-    // It clears ERROR.
+    // The round clears ERROR.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
     kani::cover!(dropped == 1 && had_failed);
@@ -98,8 +98,8 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::cover!(!hidden);
 }
 
-/// Checks that the UARTE is restarted when RXTO comes, or when twice the time `GAP` has elapsed without RXTO. Then a
-/// round that finds `NONE_WAITS` elapsed ends the drain.
+/// Checks that the UARTE is restarted when RXTO comes, or when twice the time `GAP` has elapsed without RXTO. After the
+/// restart, a round that finds the time `NONE_WAITS` elapsed ends the drain.
 #[kani::proof]
 #[kani::unwind(6)]
 fn after_a_stop_it_hears_again() {
@@ -118,7 +118,8 @@ fn after_a_stop_it_hears_again() {
 }
 
 /// Checks that each lost ENDRX adds one to the count of restarts since the last byte. So if no more bytes are read, the
-/// tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round.
+/// tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round since the last
+/// tick.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
@@ -138,8 +139,8 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     kani::cover!(works);
 }
 
-/// Checks L2 for a round that finds a transfer open and `NONE_WAITS` elapsed: it ends the drain, whatever happened in
-/// earlier rounds, and however late it is.
+/// Checks L2: a round ends the drain if it finds a transfer open, the timer at `NONE_WAITS` or later, and no error.
+/// This holds whatever happened in earlier rounds, and however late the round is.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_in_a_pause_ends_the_drain() {

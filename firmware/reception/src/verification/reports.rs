@@ -97,8 +97,8 @@ impl Registers for Uarte {
     fn push(&mut self, _: u8) {}
 }
 
-/// Checks that a round reports the gap, and each cause in ERRORSRC once. The round stops the UARTE only if there was an
-/// overrun but no ENDRX, although a transfer had been open for `NONE_WAITS`.
+/// Checks that a round reports a gap once, and each cause in ERRORSRC once. The round stops the UARTE only if there was
+/// an overrun but no ENDRX, although a transfer had been open for `NONE_WAITS`.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_reports_what_has_happened() {
@@ -126,9 +126,9 @@ fn a_round_reports_what_has_happened() {
 
 /// Checks that a tick reports a lost ENDRX only if an ENDRX is lost.
 ///
-/// A byte that lies in memory at one tick may have just been stored. If it still lies there at the second tick, and no
-/// ENDRX came and no transfer was started between the ticks, its ENDRX was lost. Rounds between the ticks matter only
-/// if they start a transfer, so two arbitrary rounds stand for any number of rounds.
+/// A byte that lies in memory at one tick may have just been stored. Suppose that it still lies there at the second
+/// tick, and that no ENDRX came and no transfer was started between the ticks. Then its ENDRX was lost. Rounds between
+/// the ticks matter only if they start a transfer, so two arbitrary rounds stand for any number of rounds.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_tick_reports_no_byte_that_has_just_come() {

@@ -1,5 +1,5 @@
 //! S1 and S2: the invariant holds at the start, and every step preserves it. The model of the chip receives the bytes
-//! that are handed on, and asserts S1 and S2 for each: see [`Chip::push`](crate::Registers::push).
+//! that are handed on, and asserts S1 and S2 for each of them: see [`Chip::push`](crate::Registers::push).
 
 use super::Reception;
 use super::chip::Chip;

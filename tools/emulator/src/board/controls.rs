@@ -18,14 +18,14 @@ impl Board {
         change(&mut self.shared.chip().context.line)
     }
 
-    /// Sends bytes back to back, after those that are already being sent. Returns the end of the last stop
-    /// bit, in cycles.
+    /// Sends bytes back to back, after all bytes that were sent before. Returns the end of the last stop bit, in
+    /// cycles.
     pub fn send(&mut self, bytes: &[u8]) -> u64 {
         let symbols: Vec<Symbol> = bytes.iter().copied().map(Symbol::Byte).collect();
         self.send_symbols(&symbols)
     }
 
-    /// Sends symbols, which may be faulty. Returns the end of the last one, in cycles.
+    /// Sends symbols, which may be faulty. Returns the end of the last symbol, in cycles.
     pub fn send_symbols(&mut self, symbols: &[Symbol]) -> u64 {
         let now = self.now;
         self.line(|line| {
@@ -103,7 +103,7 @@ impl Board {
     }
 
     /// Replaces the main loop with an endless loop with interrupts enabled, until the next reset. Tests use it to check
-    /// the watchdog. If the core sleeps, this takes effect when an interrupt wakes it.
+    /// the watchdog. If the core sleeps, the endless loop begins when an interrupt wakes the core.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`], because the board runs until no handler is active.

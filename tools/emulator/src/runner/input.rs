@@ -81,7 +81,7 @@ fn pseudo_terminal() -> Result<File> {
     tcsetattr(&ends.slave, SetArg::TCSANOW, &attributes)?;
     let name = nix::unistd::ttyname(&ends.slave)?;
     eprintln!("the board's serial port is {}; Ctrl-C ends", name.display());
-    // Keep the near end open, so that reading continues after one writer has closed it, until the
+    // Keep the near end open in this program. Otherwise reading would end when a writer closes the near end, before the
     // next writer opens it.
     std::mem::forget(ends.slave);
     Ok(ends.master.into())

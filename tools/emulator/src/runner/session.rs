@@ -20,7 +20,7 @@ use crate::report::{self, Event};
 const SLICE: u64 = MILLISECOND;
 /// The time to boot before bytes are sent, in cycles.
 const BOOT: u64 = 5 * MILLISECOND;
-/// The largest lag behind real time that the emulation makes up. If it lags further, it stays late.
+/// The largest lag behind real time that the emulation makes up. A larger lag is not made up.
 const LATE: Duration = Duration::from_millis(20);
 
 /// Emulates until the end or Ctrl-C.
@@ -117,7 +117,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Puts bytes on the line, with faults between them. Returns the end of the last one, in cycles.
+    /// Puts bytes on the line, with faults between them. Returns the end of the last byte or fault, in cycles.
     fn send(&mut self, bytes: &[u8]) -> u64 {
         let rates = self.arguments;
         let mut symbols = Vec::with_capacity(bytes.len());
@@ -170,8 +170,8 @@ impl<'a> Session<'a> {
         }
         let resets = trace.resets.iter();
         events.extend(resets.map(|reset| (reset.at, Event::Reset(reset.cause))));
-        // A log line has no time of its own. It is shown with the time at which it was fetched, at
-        // most a slice later.
+        // A log line has no time of its own. The line is shown with the time at which it was fetched, at most a slice
+        // after the firmware wrote the line.
         let (now, bytes) = (self.board.now(), self.board.take_rtt(0));
         let lines = self.log.lines(&bytes).into_iter();
         events.extend(lines.map(|line| (now, Event::Log(line))));

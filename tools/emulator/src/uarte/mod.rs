@@ -1,7 +1,7 @@
 //! UARTE0 and UARTE1: nRF52840 Product Specification, section "UARTE". In the model, UARTE0 has only a receiver, and
 //! UARTE1 only a transmitter. Hardware flow control is not modelled.
 //!
-//! This file models the parts that both share: enabling, pins, baud rate, character format, and EasyDMA's
+//! This file models the parts that UARTE0 and UARTE1 share: enabling, pins, baud rate, character format, and EasyDMA's
 //! buffer.
 
 mod reception;

@@ -1,9 +1,8 @@
 //! UARTE0's receiver.
 //!
-//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
-//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled. An
-//! access to its registers stops the emulation, except to PSEL, and to the events ENDTX and TXSTARTED, which drivers
-//! clear.
+//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX, stopping and
+//! flushing, and all four causes of ERROR. The transmitter is not modelled. An access to one of its registers stops the
+//! emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
@@ -117,8 +116,8 @@ impl Reception {
         Ok(())
     }
 
-    /// Writes the bytes that are left in the FIFO after RXTO to the buffer at RXD.PTR. If none is left, AMOUNT
-    /// keeps its old value. Existing drivers work around this.
+    /// Writes the bytes that are left in the FIFO after RXTO to the buffer at RXD.PTR. If no byte is left, AMOUNT keeps
+    /// its old value. Existing drivers contain a workaround for this behaviour.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.sampler.runs() {
             return Err(Refusal::misused(
@@ -136,7 +135,7 @@ impl Reception {
         Ok(())
     }
 
-    /// Returns the pending actions. If several are due, the first in this list is done first.
+    /// Returns the pending actions. If several actions are due, the first of them in this list is performed first.
     fn deadlines(&self, line: &SerialLine) -> [Deadline; 6] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
@@ -281,7 +280,7 @@ impl Reception {
         context.raise(ENDRX);
     }
 
-    /// Stops the receiver and raises RXTO. Before that, moves as many bytes from the FIFO as fit into the open
+    /// Stops the receiver and raises RXTO. Before RXTO, moves as many bytes from the FIFO as fit into the open
     /// transfer, and ends the transfer.
     fn stopped(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {

@@ -43,8 +43,8 @@ impl Sampler {
     pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
         self.bit = bit;
         self.parity = parity;
-        // A line that is low when the receiver starts counts as a start bit. This is why a floating RX
-        // pin that is low causes a framing error and a break within about one character of the start.
+        // A line that is low when the receiver starts counts as a start bit. So if the RX pin floats and is low, a
+        // framing error and a break come within about one character after the receiver has started.
         self.state = State::Hunting { since: now };
     }
 

@@ -75,8 +75,8 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
         // The handler loads two constants, with two instructions each, and has six other
         // instructions.
         assert_eq!(activation.instructions, 10);
-        // Ten instructions, three of them with a data access. Entry takes 12 cycles and return 10,
-        // and stacking and unstacking eight words takes 8 more each.
+        // Ten instructions take a cycle each, and three of them take one more for a data access. The entry takes 12
+        // cycles, and 8 more for stacking eight words. The return takes 10 cycles, and 8 more for unstacking them.
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
     assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);

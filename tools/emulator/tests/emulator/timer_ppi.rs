@@ -94,7 +94,7 @@ fn shorts_clear_and_stop_at_a_compare() {
     board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
     assert_eq!(board.get(TIMER2 + CC + 4), 15);
-    // With STOP as well, the count stays at 0.
+    // With the short to STOP as well, the count stays at 0.
     board.set(TIMER2 + SHORTS, 0x101);
     board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
@@ -125,8 +125,7 @@ fn a_counter_counts_tasks_not_time() {
     assert_eq!(count(&mut board, TIMER1), 2);
 }
 
-/// Some drivers count bytes like this: RXDRDY advances TIMER1. In this test, the fork also clears
-/// TIMER2.
+/// Some drivers count bytes with a timer: each RXDRDY advances TIMER1. In this test, the fork also clears TIMER2.
 #[test]
 fn an_event_triggers_a_task_and_its_fork() {
     let mut board = receiving(8);

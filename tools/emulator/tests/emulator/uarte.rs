@@ -27,7 +27,7 @@ fn bytes_arrive_in_ram_and_the_transfer_ends_when_it_is_full() {
 fn rxdrdy_comes_before_the_byte_is_in_ram() {
     let mut board = receiving(4);
     let end = board.send(&[0x5A]);
-    // The byte is complete in the middle of the stop bit, and takes 32 cycles to RAM.
+    // The byte is complete in the middle of the stop bit, and is in RAM 32 cycles later.
     board.run_until(end - MICROSECOND / 2 + 8).unwrap();
     assert!(board.take_event(RXDRDY));
     assert_eq!(board.bytes(BUFFER, 1), [0]);

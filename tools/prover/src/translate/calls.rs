@@ -91,8 +91,8 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // At the first index at which the bytes differ, they decide between -1 and 1. If no bytes differ, the
-                // result is 0.
+                // The first index at which the regions differ decides whether the result is -1 or 1. If the regions are
+                // equal, the result is 0.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);
@@ -161,7 +161,7 @@ impl Call<'_> {
 
 /// Returns a message for a call that panics, escaped for a C string. The message begins with the call's text argument
 /// (an address and a length), or with the name of the called function if there is no text. If the arguments contain a
-/// source position, it follows.
+/// source position, the message ends with this position.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();

@@ -1,9 +1,9 @@
 //! The order in which a function's blocks are written.
 //!
-//! CBMC follows a program in the order of its text. At each label it merges its knowledge about the values on all paths
-//! to this label. So three rules must hold. Every jump goes forward, unless it repeats a loop. The blocks of a loop are
-//! contiguous. Each loop is repeated from only one place. Otherwise CBMC would merge the loop's counter from different
-//! iterations, and would no longer know the counter's value.
+//! CBMC follows a program in the order of its text. At each label, CBMC merges its knowledge about the values from all
+//! paths to this label. The order must therefore obey three rules. Every jump goes forward, unless it repeats a loop.
+//! The blocks of a loop are contiguous. Each loop is repeated from only one place. Without these rules, CBMC would
+//! merge the values that a loop's counter has in different iterations, and would no longer know the counter's value.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -56,8 +56,8 @@ fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
             continue;
         }
         let inside: BTreeSet<usize> = component.into_iter().collect();
-        // The entry of the loop. If there are several entries, the loop is written as if it began
-        // at one of them, which only makes it slower to check.
+        // The entry of the loop. If there are several entries, the loop is written as if it began at one of them. This
+        // makes the check slower, but not wrong.
         let entered = forward
             .iter()
             .filter(|(from, to)| !inside.contains(from) && inside.contains(to));

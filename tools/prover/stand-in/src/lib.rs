@@ -13,8 +13,8 @@
 //! | `assume` | executions in which the condition is false are ignored |
 //! | `cover` | the condition must be true in some execution |
 //!
-//! A harness is a function named `harness:PATH`. A static named `unwind:PATH` contains the bound of its loops. The
-//! prover's `harness.rs` reads these two names, and its `calls.rs` reads the names in the table.
+//! A harness is a function named `harness:PATH`. A static named `unwind:PATH` contains the bound of the harness's
+//! loops. The prover's `harness.rs` reads these two names, and its `calls.rs` reads the names in the table.
 #![no_std]
 
 mod arbitrary;
@@ -57,9 +57,8 @@ pub fn assume(condition: bool) {
     undecided::assume(condition);
 }
 
-/// Requires that some execution reaches this macro and, if a condition is given, that the condition
-/// is true in this execution. This shows that a proof is not vacuous. The message is only for readers
-/// of the source.
+/// Requires that some execution reaches this macro. If a condition is given, the condition must be true in this
+/// execution. This shows that a proof is not vacuous. The message is only for readers of the source.
 #[macro_export]
 macro_rules! cover {
     () => {

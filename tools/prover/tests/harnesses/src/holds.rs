@@ -1,5 +1,5 @@
-//! Harnesses without a fault. They check that `any` returns every value of a type and no other, and
-//! that machine operations are modelled correctly.
+//! Harnesses without a fault. They check that `any` returns every value of a type and no other value, and that machine
+//! operations are modelled correctly.
 
 use core::num::{NonZeroU8, NonZeroU32};
 
@@ -62,7 +62,7 @@ fn what_is_left_out_never_is() {
     kani::cover!(byte == 4, "the least that may be");
 }
 
-/// A harness may end with the covers of a function that it calls.
+/// Covers may be in a function that the harness calls, and the harness may end with them.
 fn ends(byte: u8) {
     if byte > 1 {
         assert!(byte.checked_sub(1).is_some());

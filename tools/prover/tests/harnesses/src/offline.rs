@@ -30,7 +30,7 @@ fn floating_point() {
     kani::cover!();
 }
 
-/// The assertion holds because the number is prime, but proving it would take too long.
+/// The assertion holds because the number is prime, but proving the assertion would take too long.
 #[kani::proof]
 fn proof_that_takes_too_long() {
     let (a, b): (u32, u32) = (kani::any(), kani::any());
