@@ -151,7 +151,7 @@ impl Write for Port {
     }
 }
 
-/// Replaces a permanent error by the error that the port is gone. Keeps temporary errors.
+/// Replaces a permanent error by an error which says that the port is gone. Keeps temporary errors.
 fn gone(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::TimedOut | ErrorKind::Interrupted => error,
@@ -168,7 +168,7 @@ pub(crate) fn is_gone(error: &io::Error) -> bool {
 }
 
 /// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
-/// is gone, because as long as it is open, the operating system may give the returning port another name.
+/// is gone. As long as it is open, the operating system may give the returning port another name.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,

@@ -46,7 +46,7 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
-    /// The receiver of a description, for recordings: streams of false starts do not slow it down.
+    /// The receiver of a description's frames in recordings. Streams of false starts do not slow this receiver down.
     Recorded(Line<StreamReceiver>),
 }
 
@@ -66,8 +66,8 @@ macro_rules! for_any {
 impl AnyLine {
     /// Creates the receiver for these frames and this policy.
     ///
-    /// # Errors
-    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if they have no bytes.
+    /// # Errors Returns an error if the lecture's machine is chosen and does not receive these frames, or if these
+    /// frames have no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),

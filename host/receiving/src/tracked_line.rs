@@ -68,8 +68,8 @@ impl TrackedLine {
         pieces
     }
 
-    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, their number is the
-    /// receiver's state.
+    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, the number of
+    /// pending bytes is the receiver's state.
     #[must_use]
     pub fn pending(&self) -> &[u8] {
         &self.pending

@@ -24,7 +24,7 @@ pub(super) struct Report {
     pub(super) tally: ReceiverTally,
     /// The number of frames whose setpoint was not committed with the frame's last byte.
     pub(super) lost: u64,
-    /// The number of commits whose setpoint is not the frame's, or that happen at another byte than a frame's last.
+    /// The number of commits that do not happen with a frame's last byte, or whose setpoint differs from that frame's.
     pub(super) wrong: u64,
     /// The time since the receiver became deaf, if it is deaf.
     pub(super) deaf: Option<Duration>,

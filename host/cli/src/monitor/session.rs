@@ -126,7 +126,7 @@ impl MonitorSession {
         self.record_arrivals(&data);
     }
 
-    /// Records these bytes, or the frames that have arrived.
+    /// Records the frames that have arrived if this is a recording of frames, otherwise these bytes.
     fn record_arrivals(&mut self, bytes: &[u8]) {
         let mut rows = Vec::new();
         let Watch { frame, arrived, .. } = &mut self.watch;
@@ -148,8 +148,7 @@ impl MonitorSession {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // Close the device, because as long as it is open, the operating system may give the returning port another
-        // name.
+        // Close the device. As long as it is open, the operating system may give the returning port another name.
         self.marking = None;
         self.is_gone = true;
     }
@@ -169,7 +168,7 @@ impl MonitorSession {
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
         self.record_arrivals(&[]);
-        // Flush, so that other programs find everything in the file.
+        // Flush, so that other programs find everything recorded so far in the file.
         self.record(|recording| recording.file.flush());
     }
 

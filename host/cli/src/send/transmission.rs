@@ -24,8 +24,8 @@ pub(super) struct Source {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parking {
     pub(super) at: Setpoint,
-    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has
-    /// that setpoint.
+    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has the park
+    /// setpoint.
     pub(super) seconds: f64,
     pub(super) rate: Rate,
 }

@@ -154,7 +154,8 @@ fn cell(row: &Value, place: &str) -> String {
     shown.unwrap_or_else(|| "-".to_owned())
 }
 
-/// Writes tables for people: a long table for one point, or a line for each receiver of several points.
+/// Writes tables for people. For one point, writes a long table. For several points, writes a line for each receiver of
+/// each point.
 pub(super) fn write_text(
     out: &mut impl Write,
     sweeps: &[Sweep],
@@ -182,8 +183,8 @@ pub(super) fn write_text(
     }
 }
 
-/// Writes a table. Each line of `table` consists of a name and a path. The written line has the name, and the value at
-/// the path in each row.
+/// Writes a table. Each line of `table` consists of a name and a path. The table shows the name, followed by the value
+/// that each row has at the path.
 fn write_table(
     out: &mut impl Write,
     table: &str,

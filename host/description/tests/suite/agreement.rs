@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, noisy, values, with_any_end};
 
-/// The longest frame that is checked, because the reference is slow with longer frames.
+/// The length of the longest frame that is checked. The reference is slow with longer frames.
 const LONGEST: usize = 300;
 
 /// Checks a text: either the parser must reject it with a position, or its frames must be delivered. Returns the number
@@ -74,8 +74,9 @@ fn one_by_one(events: &[Found<usize>]) -> Events {
     each.collect()
 }
 
-/// Asserts that the receiver has the same events as the reference, on a noisy stream with random cuts, and that it
-/// delivers each frame of a stream of only frames. Returns the number of these frames.
+/// Asserts that receiver and reference have the same events on a noisy stream with random cuts. Also asserts that the
+/// receiver delivers each frame of a stream that consists of frames only. Returns the number of frames in this second
+/// stream.
 pub(crate) fn agrees_with_the_reference(
     description: &Description,
     text: &str,

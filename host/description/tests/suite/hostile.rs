@@ -84,7 +84,7 @@ fn steps(mut stream: &[u8], random: &mut ChaCha8Rng) -> Vec<Step> {
     steps
 }
 
-/// Returns the number of frames, and of the bytes that were discarded for each reason.
+/// Returns the number of frames, and for each reason the number of bytes that were discarded.
 fn agree(description: &Description, random: &mut ChaCha8Rng) -> [u32; 9] {
     let format = description.format();
     let frames = frames(description, random);
