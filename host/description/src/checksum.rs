@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
         assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
         assert_eq!(of("xor", &bytes), 0x9F);
-        // After the three bytes, the first sum is 20, then 60, then 5F. The second sum is 20, then 80, then DF.
+        // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }
 

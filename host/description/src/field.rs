@@ -54,8 +54,8 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// The type of a field. In a description, the type of numbers, bytes and text is a name, and the type of bits is their
-/// number.
+/// The type of a field. In a description, the type of numbers, bytes and text is a name, and the type of bits is the
+/// number of bits.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Type {

@@ -89,8 +89,8 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // From the slice, append at most as many bytes as the longest frame has. They are enough to decide about each
-        // byte that is already pending.
+        // From the slice, append at most as many bytes as the longest frame has. These bytes are enough to decide about
+        // each byte that is already pending.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);

@@ -129,8 +129,8 @@ mod tests {
         assert_eq!(arrived(&lost), (false, 0));
         let across = [(0, 0, true), (1, 1, true), (0, 2, true)];
         assert_eq!(arrived(&across), (false, 0));
-        // If the first byte comes twice, a whole frame follows the first copy. If any other byte
-        // comes twice, there is no whole frame.
+        // If the first byte comes twice, a whole frame begins with the second copy. If any other
+        // byte comes twice, no whole frame arrives.
         let first_doubled = [(0, 0, true), (0, 0, true), (0, 1, true), (0, 2, true)];
         assert_eq!(arrived(&first_doubled), (true, 1));
         let doubled = [(0, 0, true), (0, 1, true), (0, 1, true), (0, 2, true)];
@@ -149,7 +149,7 @@ mod tests {
         frame.deliver(byte(1), true);
         frame.line_error();
         assert!(frame.deliver(byte(2), true) && !frame.is_intact);
-        // Bytes before the frame's first byte do not break it.
+        // Bytes before the frame's first byte do not break the frame.
         for place in 0..3 {
             frame.deliver(byte(place), true);
         }

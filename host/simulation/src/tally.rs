@@ -145,7 +145,7 @@ impl ReceiverTally {
 
     /// Returns the root mean square of the difference between the failsafe's output and the
     /// setpoint sent last, or `None` if the outputs were never compared. The figure is meaningful
-    /// only for smooth motion, because the failsafe's approach cannot follow any other.
+    /// only for smooth motion, because the failsafe's approach cannot follow any other payload.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "printed digits are unaffected")]
     pub fn error_rms(&self) -> Option<f64> {

@@ -1,11 +1,11 @@
 //! The receiving UART, sample by sample.
 //!
-//! The UART's clock runs sixteen times as fast as its bits. The UART looks for a low level at each
-//! tick. It decides the start bit and every following bit by a majority of the ticks 7, 8 and 9 of
-//! that bit. If the start bit is decided as high, it was noise and is ignored. A low stop bit is a
-//! framing error, and the UART then behaves like the nRF52840's UARTE: it does not store the byte,
-//! it reports a break if the line stays low for longer than a character, and it receives nothing
-//! more before the line has been high again.
+//! The UART's clock runs sixteen times as fast as its bits. While it waits for a byte, the UART
+//! looks for a low level at each tick. It decides the start bit and every following bit by a
+//! majority of the levels at the ticks 7, 8 and 9 of that bit. If the start bit is decided as high,
+//! it was noise and is ignored. A low stop bit is a framing error. The UART then behaves like the
+//! nRF52840's UARTE: it does not store the byte, and it reports a break if the line stays low for
+//! longer than a character. The UART receives nothing more before the line has been high again.
 
 use std::collections::VecDeque;
 
@@ -79,7 +79,7 @@ impl Uart {
         self.heard.pop_front()
     }
 
-    /// Advances to the time `until`. From the end of the last call to `until`, the line has this
+    /// Advances to the time `until`. Since the time of the last call, the line has had this
     /// `level`.
     pub(crate) fn advance(&mut self, level: bool, until: u64) {
         let end = until.div_ceil(TICK);
@@ -109,7 +109,7 @@ impl Uart {
         }
     }
 
-    /// Samples one bit of a character up to the tick `end`. The last sample decides the bit.
+    /// Samples one bit of a character up to the tick `end`. Decides the bit after its last sample.
     fn sample(&mut self, mut character: Character, level: bool, end: u64) -> State {
         let bit = (self.tick - character.start) / OVERSAMPLING;
         let last = character.start + bit * OVERSAMPLING + LAST_SAMPLE;

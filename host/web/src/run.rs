@@ -27,7 +27,7 @@ pub(crate) struct State {
     /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
-    /// How many bytes in a row, up to the latest, arrived as they were sent.
+    /// The number of consecutive bytes, up to the latest byte, that arrived as they were sent.
     as_sent: usize,
     /// The time from which the line counts as idle unless a byte arrives.
     idle_at: Option<u32>,
@@ -184,7 +184,7 @@ impl Run {
 }
 
 impl State {
-    /// Reports an idle line to the machines if the line has been idle.
+    /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
         if let Some(at) = self.idle_at.take_if(|at| *at < self.now) {
             self.machines

@@ -11,7 +11,7 @@ use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode
 /// The name, in the address, of frames that the user describes.
 pub(crate) const OWN: &str = "own";
 
-/// The user's description unless the address contains another one.
+/// The user's own description, if the address contains none.
 const EXAMPLE: &str = include_str!("../page/motor.toml");
 
 /// All settings that determine the view. The view is the same on every computer.
