@@ -6,7 +6,7 @@
 //! KB for six seconds. This picture needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands
 //! still for readers who want no motion.
 //!
-//! A cell that stays the same over several drawings is written once. All cells that are visible in the same drawings
+//! A cell that does not change over several drawings is written once. All cells that are visible in the same drawings
 //! form one group. The group's CSS classes state its first drawing and the number of its drawings.
 
 use std::collections::BTreeMap;

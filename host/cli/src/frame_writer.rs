@@ -20,7 +20,8 @@ pub(crate) struct Place {
 struct Written {
     kind: Kind,
     is_wanted: bool,
-    /// The fields whose values differ between frames: the index of each field, and the JSON text before its value.
+    /// The fields whose values differ between frames: the index of each field, and the JSON text before the field's
+    /// value.
     fields: Vec<(usize, Vec<u8>)>,
     /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
     /// index is `None` for columns of fields that this kind lacks.

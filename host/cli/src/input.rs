@@ -31,7 +31,7 @@ pub(crate) struct Input<'a> {
     pub(crate) progress: ProgressBar,
 }
 
-/// A port's device, and its path and settings for opening it again.
+/// A port's device, and the path and the settings with which the port is opened again.
 pub(crate) struct OpenPort {
     path: PathBuf,
     options: PortOptions,
@@ -236,7 +236,8 @@ mod tests {
 
     use super::*;
 
-    /// A reader that returns one of these outcomes per read. After the last outcome, it returns the end of the input.
+    /// A reader that returns one of these outcomes per read. After the last outcome, the reader returns the end of the
+    /// input.
     struct Script(std::vec::IntoIter<io::Result<&'static [u8]>>);
 
     impl Read for Script {

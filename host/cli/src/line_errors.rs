@@ -16,7 +16,7 @@ pub(crate) struct Marking {
 }
 
 impl Marking {
-    /// Begins to mark line errors, if the operating system supports it. Discards the bytes that have already arrived.
+    /// Begins to mark line errors, if the operating system supports this. Discards the bytes that have already arrived.
     #[cfg(unix)]
     pub(crate) fn begin(device: Device) -> Option<Self> {
         use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};

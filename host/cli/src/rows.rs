@@ -106,7 +106,7 @@ pub(crate) fn rows<'a>(
 }
 
 /// Reads a text up to the first line that is neither blank nor a comment. Returns all lines that were read, and a copy
-/// of the last one.
+/// of the last line.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {

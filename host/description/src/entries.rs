@@ -203,7 +203,7 @@ impl TryFrom<String> for Content {
         if content.is_empty() {
             return Err("no bytes: leave the key out if a frame may contain any".into());
         }
-        // Put the widest range first, because most bytes are in it.
+        // Put the widest range first, because most bytes are in that range.
         content.sort_by_key(|(first, last)| first.abs_diff(*last));
         content.reverse();
         Ok(Self(content))

@@ -107,9 +107,9 @@ impl Kind {
         (shortest > self.layout.shortest()).then_some(shortest)
     }
 
-    /// Returns the length of the shortest frame with room for the header, for fields with these [`end`](Field::end)s,
-    /// and for all parts that are counted from the end. The format's shortest frame may be longer. If all frames have
-    /// the same length, returns this length.
+    /// Returns the length of the shortest frame with room for three things: the header, fields with these
+    /// [`end`](Field::end)s, and all parts that are counted from the end. The format's shortest frame may be longer. If
+    /// all frames have the same length, returns this length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
         match self.layout.length() {
             Length::Fixed => self.layout.longest(),

@@ -321,7 +321,7 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
 
 /// Returns a list of messages for a kind with fixed bits after the header. With this list, a receiver checks the fixed
 /// bits before it decides on the kind, because a receiver always waits for a message's number. In this list, the number
-/// is the last byte with fixed bits, and the known numbers are all values that this byte can have.
+/// is the last byte with fixed bits, and the known numbers are all values of this byte that contain the fixed bits.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

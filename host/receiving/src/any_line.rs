@@ -145,7 +145,7 @@ impl AnyLine {
         for_any!(self, line => line.pending())
     }
 
-    /// Returns the lecture's machine, if it is the receiver.
+    /// Returns the lecture's machine, or `None` if this line has framelock's receiver.
     #[must_use]
     pub fn lecture(&self) -> Option<&Lecture> {
         match self {

@@ -45,8 +45,8 @@ impl Repetition {
         }
     }
 
-    /// Returns a position's index in the period; `None` unless the stretch contains all bytes on which the outcome at
-    /// this position depends.
+    /// Returns a position's index in the period; `None` if the outcome at this position depends on a byte outside the
+    /// stretch.
     #[inline]
     fn place(&self, at: usize, longest: usize) -> Option<usize> {
         let is_in = self.from <= at && at + longest <= self.to;

@@ -258,9 +258,9 @@ impl Classifier {
     }
 }
 
-/// Classifies bytes if only one layout may begin with their first byte, and its frames end with a delimiter. If these
-/// bytes were already searched for the delimiter of an earlier, rejected start, passes a growing part of them to the
-/// layout, until the layout decides.
+/// Classifies bytes whose first byte may begin frames of only one layout. The frames of this layout end with a
+/// delimiter. If these bytes were already searched for the delimiter of an earlier, rejected start, passes a growing
+/// part of them to the layout, until the layout decides.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],

@@ -75,8 +75,8 @@ impl TrackedLine {
         &self.pending
     }
 
-    /// Returns the number of bytes that are part of a frame or were discarded. It is the offset of the first pending
-    /// byte.
+    /// Returns the number of bytes that are part of a frame or were discarded. This number is the offset of the first
+    /// pending byte.
     #[must_use]
     pub const fn decided(&self) -> usize {
         self.decided

@@ -113,8 +113,8 @@ struct Noise {
     breaks: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// The result of the last search for a disturbed bit. No bit from the start of this search up
-    /// to its result is disturbed.
+    /// The first disturbed bit that the last search found. No bit between the start of that search
+    /// and this bit is disturbed.
     quiet_until: u64,
 }
 

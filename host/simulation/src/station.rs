@@ -202,7 +202,7 @@ impl Station {
         }
     }
 
-    /// Returns the time at which the frame was delivered, if it was.
+    /// Returns the time at which the frame was delivered; `None` if the receiver did not deliver it.
     fn delivery(&self, frame: &SentFrame) -> Option<u64> {
         let (number, at) = self.delivered?;
         (number == frame.number).then_some(at)

@@ -56,7 +56,7 @@ pub struct ReceiverTally {
     /// in units of demand.
     pub largest_error: u8,
     /// The sum of the squared differences between output and setpoint, over all three axes and all
-    /// comparisons, and the number of comparisons.
+    /// comparisons. `looks` is the number of comparisons.
     pub(crate) error_squares: u64,
     pub(crate) looks: u64,
     pub(crate) lost_per_byte: Ratio,

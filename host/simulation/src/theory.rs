@@ -6,11 +6,11 @@ use framelock_receiving::FrameFormat;
 /// Returns the probability that a frame after a pause is delivered with a wrong setpoint, if each
 /// bit is inverted with the probability `flip`.
 ///
-/// The following bits must arrive as they were sent: the sync, the terminator, all start and stop
-/// bits, and the nine idle bits that precede the frame. The bits of the setpoint must change in a way
-/// that the checksum does not notice. The formula omits cases in which two unlikely errors coincide.
-/// It also omits receivers that miss a start bit and are back in step two bytes later. If at most one
-/// bit in a hundred is inverted, the omitted cases together add less than 5 % to the result.
+/// The following bits must arrive as they were sent: the sync, the terminator, all start and stop bits, and the nine
+/// idle bits that precede the frame. The bits of the setpoint must change in a way that the checksum does not notice.
+/// The formula omits cases in which two unlikely errors coincide. The formula also omits receivers that miss a start
+/// bit and are back in step two bytes later. If at most one bit in a hundred is inverted, the omitted cases together
+/// add less than 5 % to the result.
 #[must_use]
 pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
     let kept = |bits| (1.0 - flip).powi(bits);

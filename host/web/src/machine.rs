@@ -154,8 +154,8 @@ impl Machine {
         Fate::Wrong
     }
 
-    /// Counts the frames that begin before this byte as missed, because they can no longer be
-    /// delivered.
+    /// Adds the frames that begin before this byte to the missed frames, because they can no longer
+    /// be delivered.
     fn miss(&mut self, decided: usize) {
         while let Some(at) = self.check.missed(decided) {
             self.tally.missed += 1;

@@ -13,8 +13,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. It
-/// is three byte times, plus the time in which the next byte arrives.
+/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is three
+/// byte times, plus the time in which the next byte arrives.
 const IDLE_AFTER: u32 = 35;
 
 /// The distance between saved states, in bytes.
@@ -83,8 +83,8 @@ impl Run {
         })
     }
 
-    /// Decodes one more piece, so that positions after it can be shown immediately. Returns the number
-    /// of bytes decoded so far.
+    /// Decodes one more piece, so that positions after this piece can be shown immediately. Returns the number of bytes
+    /// decoded so far.
     pub fn decode(&mut self) -> usize {
         let done = self.kept.len() * KEPT_EVERY;
         let until = self.cells.len().min(done + KEPT_EVERY);

@@ -35,7 +35,8 @@ pub(crate) struct Scenario {
     /// The length of a file that is sent instead of frames. The address does not contain the file's
     /// bytes.
     pub(crate) file: usize,
-    /// The user's edits of bytes, each with the byte's place on the line as it is after all earlier edits.
+    /// The user's edits of bytes, each with the byte's place on the line. An edit's place refers to the line after all
+    /// earlier edits.
     pub(crate) edits: Vec<(usize, Action)>,
     /// The position: the number of bytes that have arrived.
     pub(crate) at: usize,

@@ -26,7 +26,7 @@ pub(super) struct Report {
     pub(super) lost: u64,
     /// The number of commits that do not happen with a frame's last byte, or whose setpoint differs from that frame's.
     pub(super) wrong: u64,
-    /// The time since the receiver became deaf, if it is deaf.
+    /// The time since the receiver became deaf; `None` if the receiver is not deaf.
     pub(super) deaf: Option<Duration>,
     pub(super) longest_deafness: Duration,
 }

@@ -137,18 +137,19 @@ impl MonitorSession {
         self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
     }
 
-    /// Makes the port mark line errors, if the operating system supports it.
+    /// Makes the port mark line errors, if the operating system supports this.
     pub(super) fn mark_errors(&mut self, device: Device, has_parity: bool) {
         self.marking = Marking::begin(device);
         self.marks = self.marking.as_ref().map(|_| Marks::new(has_parity));
     }
 
-    /// Handles the loss of the port. No frame continues after it.
+    /// Handles the loss of the port. No frame continues after the loss.
     pub(super) fn lose_port(&mut self, at: Duration, why: &str) {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // Close the device. As long as it is open, the operating system may give the returning port another name.
+        // Close the device. As long as the device is open, the operating system may give the returning port another
+        // name.
         self.marking = None;
         self.is_gone = true;
     }

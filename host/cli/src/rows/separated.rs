@@ -111,7 +111,7 @@ fn fields<'a>(
     Some(header.iter().zip(record).try_for_each(set).map(|()| fields))
 }
 
-/// Returns a number if the text is one, otherwise the text. A comma may be the decimal point if commas do not
+/// If the text is a number, returns the number, otherwise the text. A comma may be the decimal point if commas do not
 /// separate values.
 fn inferred(text: &str, may_have_comma: bool) -> Value {
     if may_have_comma && text.contains(',') {

@@ -1,4 +1,4 @@
-//! Sends each frame when it is due, and parks after the last one.
+//! Sends each frame when it is due, and parks after the last frame.
 
 use std::io::{self, Write};
 use std::time::Duration;

@@ -27,8 +27,8 @@ fn line(point: &Point) -> Value {
 fn result(point: &Point, receiver: &ReceiverTally) -> Value {
     let line = &point.tally.line;
     let gap = point.parameters.idle_gap;
-    // The error is in units of the setpoint. It is given for smooth motion only, because the failsafe's
-    // approach cannot follow any other payload.
+    // The error is in units of the setpoint. The error is given for smooth motion only, because the failsafe's approach
+    // cannot follow any other payload.
     let is_motion = point.parameters.payload == Payload::Motion;
     let rms = receiver.error_rms().filter(|_| is_motion);
     let error = rms.map(|rms| json!({ "largest": receiver.largest_error, "rms": rms }));

@@ -15,7 +15,7 @@ const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 /// The column of frames other than BIN.
 const OTHER_COLUMNS: &str = "    pending";
 
-/// The separator between events of the same byte. It begins a new row for each further event.
+/// The separator between events of the same byte. The separator begins a new row for each further event.
 const GOES_ON: &str = "\n                       ";
 
 /// The offset of pitch in a frame; roll and yaw follow.

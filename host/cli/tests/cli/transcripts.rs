@@ -41,7 +41,7 @@ xxd() { cat; }
 less() { cat; }
 ";
 
-/// The ports in examples. Tests replace these ports by one that no computer has, so that no test moves a real board.
+/// The ports in examples. Tests replace these ports by a port that no computer has, so that no test moves a real board.
 const PORTS: [&str; 4] = [
     "/dev/ttyACM0",
     "/dev/ttyUSB0",

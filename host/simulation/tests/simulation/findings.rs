@@ -95,9 +95,9 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
-/// Finding 3 with repeated payloads of bytes from 40 to 43, in runs of 40 frames. In some trials the lecture's machine
-/// never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow the lost byte, 3.3
-/// frames are lost on average.
+/// Finding 3 with repeated payloads of bytes from 0x40 to 0x43, in trials of 40 frames. In some trials the lecture's
+/// machine never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow the lost
+/// byte, 3.3 frames are lost on average.
 #[test]
 fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
@@ -124,7 +124,7 @@ fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
 const RUN: u32 = 40;
 
 /// Returns the exact mean number of frames that the lecture's machine loses. Calculates the mean with the naive
-/// reference, over all 256 payloads of bytes from 40 to 43, and all seven positions of the lost byte.
+/// reference, over all 256 payloads of bytes from 0x40 to 0x43, and all seven positions of the lost byte.
 fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     let mut lost = 0;
     let mut cases = 0;

@@ -287,9 +287,9 @@ fn a_burst_drives_the_output_to_park_and_back() {
     assert!(tally.line.framing_errors > 100);
 }
 
-/// A receiver that learns of line errors drops the current frame; a receiver that does not learn of them continues it.
-/// With reports, the lecture's machine therefore loses an intact frame only if the UART gets out of step, and the first
-/// bytes that it then reads look like the start of a frame.
+/// A receiver that gets reports of line errors drops the current frame at an error. A receiver without such reports
+/// continues the frame. With reports, the lecture's machine therefore loses an intact frame only if the UART gets out
+/// of step, and the first bytes that it then reads look like the start of a frame.
 #[test]
 fn a_reported_error_drops_the_frame_under_way() {
     let parameters = Parameters {

@@ -259,7 +259,7 @@ fn the_keyboard_is_enough() {
         page.press("Enter");
         page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
         let mut is = page.state();
-        // Do not compare the addresses, because the new one contains both edits.
+        // Do not compare the addresses, because the new address contains both edits.
         is["address"] = was["address"].clone();
         assert_eq!(is, was);
     }

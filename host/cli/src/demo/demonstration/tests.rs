@@ -254,8 +254,8 @@ fn a_fault_is_shown_from_the_first_byte_of_its_frame() {
     };
     demonstration.advance_to(Duration::from_secs(1));
     assert_eq!(faults(&demonstration), 0);
-    // At 3 s, the close-up shows the byte that is lost while the seat stands still. At 10 s, it shows a byte that is
-    // lost or changed while the seat moves.
+    // At 3 s, the close-up shows the byte that is lost while the seat stands still. At 10 s, the close-up shows a byte
+    // that is lost or changed while the seat moves.
     for seconds in [3, 10] {
         demonstration.advance_to(Duration::from_secs(seconds));
         assert_eq!(faults(&demonstration), 1);

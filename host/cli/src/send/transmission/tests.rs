@@ -47,7 +47,7 @@ fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     }
 }
 
-/// Returns the pitch of every frame that the receiver delivers, and checks that it discards nothing.
+/// Returns the pitch of every frame that the receiver delivers, and checks that the receiver discards nothing.
 fn pitches(
     receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
     bytes: &[u8],
