@@ -7,7 +7,7 @@
 //! still for readers who want no motion.
 //!
 //! A cell that does not change over several drawings is written once. All cells that are visible in the same drawings
-//! form one group. The group's CSS classes state its first drawing and the number of its drawings.
+//! form one group. The group's CSS classes state the first of these drawings and the number of these drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};

@@ -100,7 +100,7 @@ impl TryFrom<String> for Named {
     }
 }
 
-/// Returns a CRC with a table of 16 KiB, and any other algorithm unchanged. The table's memory is never freed.
+/// Adds a table of 16 KiB to a CRC, and changes no other algorithm. The table's memory is never freed.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {

@@ -38,7 +38,7 @@ impl Description {
         // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
             let has_view = kind.views.iter().any(|view| wanted == &*view.name);
-            // A row that contains the whole payload is encoded by the kind, not by the message's view.
+            // To encode a row that contains the whole payload, use the kind instead of the message's view.
             let mut rest = kind.fields.iter().filter(|field| field.length().is_none());
             let is_whole = kind.message_names.iter().any(|(_, name)| wanted == name)
                 && (!has_view || rest.any(is_given));

@@ -19,7 +19,8 @@ use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
 use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
-/// Returns the kind of frames that an entry describes. If there are several kinds, the header must identify the kind.
+/// Returns the kind of frames that an entry describes. If the kind is one of many and has no list of messages, its
+/// layout gets the list that [`telling`] returns.
 pub(crate) fn kind(
     name: &str,
     written: &FrameEntry,

@@ -366,7 +366,7 @@ mod tests {
 
     use super::*;
 
-    /// The fast functions for scaling and writing numbers agree with simple ones.
+    /// The fast functions for scaling and writing numbers agree with simple functions.
     #[test]
     fn scaled_numbers_have_exact_digits() {
         let mut random = ChaCha8Rng::seed_from_u64(1);

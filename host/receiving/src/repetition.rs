@@ -33,8 +33,8 @@ impl Repetition {
         *self.outcomes.get(self.place(at, longest)?)?
     }
 
-    /// Records the outcome at a position. It depends on the first `longest` bytes of `bytes`, the stream from this
-    /// position on.
+    /// Records the outcome at a position. `bytes` is the stream from this position on, and the outcome depends on the
+    /// first `longest` of these bytes.
     pub(crate) fn note(&mut self, at: usize, bytes: &[u8], longest: usize, outcome: Found<()>) {
         if self.next_search <= at && self.to < at + longest {
             self.search(at, bytes, longest);

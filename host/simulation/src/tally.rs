@@ -53,7 +53,7 @@ pub struct ReceiverTally {
     /// How often the failsafe took over, because frames stopped coming or never came.
     pub engagements: u64,
     /// The largest difference of any axis between the failsafe's output and the setpoint sent last,
-    /// in units of demand.
+    /// in units of the setpoint.
     pub largest_error: u8,
     /// The sum of the squared differences between output and setpoint, over all three axes and all
     /// comparisons. `looks` is the number of comparisons.

@@ -14,8 +14,8 @@ pub(super) const TRIED: usize = 64 * 1024;
 /// Returns the likely reason why a stream yields few frames of `protocol`. `stream` contains the stream's first bytes.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
-    // A guess fits if it finds more than half of all bytes in frames, and more than twice as many bytes in frames as
-    // the user's options do.
+    // A guess fits if, with this guess, more than half of all bytes are in frames, and more than twice as many bytes as
+    // with the user's options.
     let fits = |protocol: &Protocol, stream: &[u8]| {
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own

@@ -56,7 +56,7 @@ impl Demonstration {
             baud,
             rate: rate.into(),
             idle_gap: arguments.idle_gap.unwrap_or(Parameters::DEFAULT.idle_gap),
-            // Hold after five frame times without a commit, and ramp after twenty-five.
+            // Hold after five frame times without a commit, and ramp after twenty-five frame times.
             hold_after: 5.0 * period,
             ramp_after: 25.0 * period,
             // 160 units per second. This is faster than the motion, so that the failsafe catches up.

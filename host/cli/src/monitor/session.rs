@@ -169,7 +169,7 @@ impl MonitorSession {
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
         self.record_arrivals(&[]);
-        // Flush, so that other programs find everything recorded so far in the file.
+        // Flush, so that other programs can read everything that was recorded so far.
         self.record(|recording| recording.file.flush());
     }
 

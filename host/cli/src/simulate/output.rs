@@ -99,7 +99,7 @@ pub(super) fn write_json(
     writeln!(out)
 }
 
-/// The CSV columns after the parameters, and the path of each in the JSON of a row.
+/// The CSV columns after the parameters, and for each column the path of its value in the JSON of a row.
 const COLUMNS: &str = include_str!("tables/columns.txt");
 
 /// Writes a CSV row for each point and receiver, beginning with all parameters.

@@ -95,9 +95,9 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
-/// Finding 3 with repeated payloads of bytes from 0x40 to 0x43, in trials of 40 frames. In some trials the lecture's
-/// machine never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow the lost
-/// byte, 3.3 frames are lost on average.
+/// Tests finding 3 with repeated payloads of bytes from 0x40 to 0x43, in trials of 40 frames. In some trials the
+/// lecture's machine never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow
+/// the lost byte, 3.3 frames are lost on average.
 #[test]
 fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
