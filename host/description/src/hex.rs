@@ -7,7 +7,8 @@ use crate::text;
 /// Parses words in hex. Words are separate arguments, or are separated by blanks, commas,
 /// semicolons or colons. Each word may begin with `0x`.
 ///
-/// # Errors The error names the word that does not consist of bytes in hex, and the reason.
+/// # Errors
+/// The error names the word that does not consist of bytes in hex, and the reason.
 pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut number = 0;

@@ -34,9 +34,9 @@ pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     }
 }
 
-/// Makes a message safe that may contain text from any source. Escapes characters on which a terminal acts, and
-/// characters that change the direction of writing. Keeps backslashes, because parts of the message may already be
-/// escaped.
+/// Returns a copy of `message` that is safe to show on a terminal. The message may contain text from any source.
+/// Escapes characters on which a terminal acts, and characters that change the direction of writing. Keeps backslashes,
+/// because parts of the message may already be escaped.
 #[must_use]
 pub fn harmless(message: &str) -> String {
     let mut harmless = Vec::with_capacity(message.len());

@@ -66,8 +66,9 @@ macro_rules! for_any {
 impl AnyLine {
     /// Creates the receiver for these frames and this policy.
     ///
-    /// # Errors Returns an error if the lecture's machine is chosen and does not receive these frames, or if these
-    /// frames have no bytes.
+    /// # Errors
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if these frames have
+    /// no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),

@@ -25,8 +25,8 @@ pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
 /// Returns the probability that an error in payload and checksum goes unnoticed and changes the
 /// setpoint.
 ///
-/// A linear code does not notice errors that are code words. The probability of such errors is the mean of (1 - 2
-/// flip)^weight over the 256 words of the dual code (`MacWilliams`). Some of these code words leave the setpoint
+/// A linear code does not notice errors that are code words. The probability of such errors is the mean of
+/// (1 - 2 flip)^weight over the 256 words of the dual code (`MacWilliams`). Some of these code words leave the setpoint
 /// unchanged: zero, and words that change only the reserved byte and the checksum.
 fn unnoticed(flip: f64) -> f64 {
     let crc = |payload: u32| u32::from(crc8(payload.to_be_bytes()) ^ crc8([0; 4]));

@@ -7,8 +7,8 @@ use framelock_simulation::{
 
 use super::{is_plausible, receiver, simulated, trials};
 
-/// Returns whether the mean is within six standard errors of the expected value. Half of the mean's confidence interval
-/// is 1.96 standard errors.
+/// Returns whether the mean is within six standard errors of the expected value. Half the width of the mean's
+/// confidence interval is 1.96 standard errors.
 fn is_about(mean: Mean, expected: f64) -> bool {
     (mean.value - expected).abs() <= (mean.high - mean.value) * 6.0 / 1.96
 }

@@ -199,8 +199,8 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         let [lecture, framelock] = reports(&demonstration);
         assert_eq!(commits(&lecture), heard[0], "seed {seed}");
         assert_eq!(lecture.output.phase, Phase::Parked);
-        // The machine has been deaf since the frame after the broken frame. The machine missed this next frame first,
-        // which was due at 2.1 s.
+        // The machine has been deaf since the frame after the broken frame. The frame after the broken frame was due at
+        // 2.1 s.
         assert_eq!(lecture.deaf, Some(Duration::from_millis(5_850)));
         assert_eq!(lecture.longest_deafness, Duration::from_millis(5_850));
         assert_eq!(commits(&framelock), heard[1] + sent, "seed {seed}");
