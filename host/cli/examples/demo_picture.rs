@@ -1,13 +1,13 @@
 //! Draws the live view of `framelock demo` as a moving picture, `docs/demo.svg`. A browser plays this SVG without a
 //! script. `cargo run --example demo_picture` writes the file.
 //!
-//! A terminal recorder would store the arrival times of the bytes. Then each recording would differ, and no test could
-//! check that the committed picture shows the current view. Also, the recorder termtosvg needs 450 KB for six seconds.
-//! This picture needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands still for readers
-//! who want no motion.
+//! A terminal recorder would store the times at which the output arrives. Two recordings would then differ, and no test
+//! could check that the committed picture shows the current view. Also, a picture by the recorder termtosvg needs 450
+//! KB for six seconds. This picture needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands
+//! still for readers who want no motion.
 //!
-//! A cell that stays the same over several drawings is written once. All cells that are visible in the same drawings
-//! form one group. The group's CSS classes state its first drawing and the number of its drawings.
+//! A cell that does not change over several drawings is written once. All cells that are visible in the same drawings
+//! form one group. The group's CSS classes state the first of these drawings and the number of these drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -22,8 +22,8 @@ use ratatui::style::{Color, Modifier};
 const COLUMNS: u16 = 80;
 const ROWS: u16 = 23;
 
-/// The number of drawings, and the time between two drawings. With a hundred drawings, each is visible for one per cent
-/// of the time.
+/// The number of drawings, and the time between two drawings. There are a hundred drawings, so each drawing is visible
+/// for one per cent of the time.
 const DRAWINGS: usize = 100;
 const STEP: Duration = Duration::from_millis(100);
 
@@ -61,11 +61,12 @@ const fn class(color: Color) -> &'static str {
     }
 }
 
-/// The drawings in which a cell keeps the same content: the index of the first one, and the index after the last one.
+/// The drawings in which a cell keeps its content: the index of the first such drawing, and the index after the last
+/// such drawing.
 type Seen = (usize, usize);
 
-/// The content of a group: its bars and its texts. `texts` maps each pair of a row and CSS classes to the row's symbols
-/// with these classes, each with its column.
+/// The content of a group: its bars and its texts. `texts` is keyed by a row and a set of CSS classes. Each entry holds
+/// the symbols of this row that have these classes, together with their columns.
 #[derive(Default)]
 struct Group {
     bars: String,
@@ -136,7 +137,8 @@ impl Group {
         Ok(())
     }
 
-    /// Writes each word separately. Sets the word's width to that of its cells, so that the font makes no difference.
+    /// Writes each word separately. Sets the word's width to the width of its cells, so that the width does not depend
+    /// on the font.
     fn write_texts(&self, svg: &mut String) -> fmt::Result {
         for ((row, classes), text) in &self.texts {
             for word in text.chunk_by(|(before, _), (after, _)| before + 1 == *after) {

@@ -148,7 +148,7 @@ struct Decoder<W> {
     is_partial: bool,
     /// The number of frames of the kinds that are written.
     wanted: u64,
-    /// The first bytes of the stream, for the hint.
+    /// The first bytes of the stream, on which the hint's guesses are tested.
     beginning: Vec<u8>,
     is_hinted: bool,
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
@@ -156,9 +156,9 @@ struct Decoder<W> {
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
-    /// The time of the last arrival, or `None` if the pause after it has already been reported.
+    /// The time of the last arrival. `None` if the pause after this arrival has already been reported to the receiver.
     heard: Option<Instant>,
-    /// The output for the summary; `None` if no summary is wanted, or it has been written.
+    /// The output for the summary; `None` if no summary is wanted, or the summary has been written.
     summary: Option<Output>,
 }
 
@@ -209,7 +209,7 @@ impl<W: Write> Decoder<W> {
         Ok(())
     }
 
-    /// Reports a pause to the receiver if the pause is long enough. Returns the time until the next check.
+    /// Reports a pause to the receiver if the pause has lasted for `idle_gap`. Returns the time until the next check.
     fn idle(&mut self) -> Result<Duration> {
         let gap = self.idle_gap.unwrap_or(Duration::MAX);
         match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
@@ -248,8 +248,8 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // The outcomes are not needed: no frame is written, and setpoint frames have no header that could be
-            // rejected.
+            // Skip the outcomes: this format writes no frames, and the hint about rejected headers is not possible,
+            // because setpoint frames have no such headers.
             Step::Bytes(bytes)
                 if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
@@ -273,7 +273,7 @@ impl<W: Write> Decoder<W> {
         Ok(self.output.flush()?)
     }
 
-    /// Writes the header above the first frame, if the format has one.
+    /// Writes the header above the first frame, if the output format has a header.
     fn begin(&mut self) -> Result<()> {
         if self.format == OutputFormat::Csv {
             let has_time = self.timestamps.is_some();
@@ -300,7 +300,7 @@ impl<W: Write> Decoder<W> {
         ))
     }
 
-    /// Prints the hint, if there is one, unless a hint was printed before.
+    /// Prints the hint, if there is one. Prints at most one hint for a stream.
     fn print_hint(&mut self) {
         if self.is_hinted {
             return;
@@ -330,7 +330,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the hint and the summary, unless they are not needed or were written before.
+    /// Writes the hint and the summary, and skips each of the two if it is not needed or was written before.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
@@ -456,7 +456,7 @@ pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> 
     rows.collect()
 }
 
-/// Locks the decoder, even after a panic of another thread, since its state is always valid.
+/// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

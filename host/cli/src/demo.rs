@@ -1,8 +1,8 @@
 //! Demonstrates framelock without hardware: a simulated motion PC sends frames over a faulty line.
 //!
-//! The demonstration runs in virtual time, so its results do not depend on how they are shown. The live view
-//! advances in real time, and the plain text is printed without waiting. The same seed gives the same numbers
-//! in both.
+//! The demonstration runs in virtual time, so the results do not depend on the way in which they are shown. The live
+//! view advances in real time, and the plain text is printed without waiting. A seed gives the same numbers in the live
+//! view and in the plain text.
 
 mod bytes;
 mod demonstration;

@@ -15,15 +15,16 @@ pub(crate) struct Place {
     pub(crate) time: Option<Duration>,
 }
 
-/// How to write the frames of a kind or of a view.
+/// The parts of the output that do not change between the frames of a kind or of a view.
 #[derive(Clone)]
 struct Written {
     kind: Kind,
     is_wanted: bool,
-    /// The fields whose values differ between frames: the index of each field, and the JSON text before its value.
+    /// The fields whose values differ between frames: the index of each field, and the JSON text before the field's
+    /// value.
     fields: Vec<(usize, Vec<u8>)>,
-    /// The contents of the columns: the index of a field and the number of columns that it fills. The index is `None`
-    /// if this kind lacks the field.
+    /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
+    /// index is `None` for columns of fields that this kind lacks.
     cells: Vec<(Option<usize>, usize)>,
 }
 
@@ -65,7 +66,7 @@ fn name_of(column: &Column) -> &String {
 #[derive(Clone)]
 pub(crate) struct FrameWriter {
     pub(crate) protocol: Protocol,
-    /// How to write the frames of each kind and of each view.
+    /// The parts of the output that do not change, for each kind and each view.
     written: Vec<Written>,
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
@@ -91,7 +92,8 @@ impl FrameWriter {
         new
     }
 
-    /// Limits the output to the kinds of frames and the messages with these names, and to their columns.
+    /// Limits the output to the kinds of frames and the messages with these names. Only the columns of these kinds and
+    /// messages remain.
     pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
         let description = &self.protocol.description;
         for name in names {
@@ -252,7 +254,7 @@ impl FrameWriter {
         self.append_text(row, frame);
     }
 
-    /// Appends a frame's length and its fields. Small numbers form columns.
+    /// Appends a frame's length and its fields. Numbers of up to three digits are aligned in columns.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
         if !self.protocol.has_setpoints() {
             row.extend(b"   length ");
@@ -325,7 +327,7 @@ fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
     let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
 }
 
-/// Appends text, and aligns it to the right of a column of this width.
+/// Appends the text that `append` writes, right-aligned in a column of this width.
 fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<u8>)) {
     let from = row.len();
     append(row);

@@ -31,7 +31,7 @@ pub(crate) struct Input<'a> {
     pub(crate) progress: ProgressBar,
 }
 
-/// A port's device, and its path and settings for opening it again.
+/// A port's device, and the path and the settings with which the port is opened again.
 pub(crate) struct OpenPort {
     path: PathBuf,
     options: PortOptions,
@@ -106,7 +106,7 @@ impl<'a> Input<'a> {
         Ok(input)
     }
 
-    /// If the notation is hex, makes the input parse its text.
+    /// Sets the notation of the input's bytes. If the notation is hex, the input parses the text that it reads.
     pub(crate) fn spelled(mut self, spelling: Spelling) -> Self {
         self.spelling = spelling;
         if spelling == Spelling::Hex {
@@ -160,8 +160,7 @@ impl Drop for Input<'_> {
 }
 
 impl Read for Input<'_> {
-    /// Reads, and repeats a read that was interrupted or that timed out, since a serial line may be
-    /// silent.
+    /// Reads bytes. Repeats a read that was interrupted or timed out, because a serial line may be silent.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.reader.read(buffer) {
@@ -237,7 +236,8 @@ mod tests {
 
     use super::*;
 
-    /// A reader that returns one of these outcomes per read, and then the end of the input.
+    /// A reader that returns one of these outcomes per read. After the last outcome, the reader returns the end of the
+    /// input.
     struct Script(std::vec::IntoIter<io::Result<&'static [u8]>>);
 
     impl Read for Script {

@@ -2,8 +2,8 @@
 //!
 //! With `PARMRK` set, Unix delivers a byte with a framing or parity error as `FF 00 byte`, and a break as `FF 00 00`. A
 //! data byte FF is delivered as `FF FF`, to distinguish it from a mark. There is no mark for an overrun. A framing
-//! error in a zero byte has the same mark as a break. Both hold the line low at least from the start bit to the stop
-//! bit.
+//! error in a zero byte has the same mark as a break, because both hold the line low at least from the start bit to the
+//! stop bit.
 
 use framelock::LineEvent;
 
@@ -16,7 +16,7 @@ pub(crate) struct Marking {
 }
 
 impl Marking {
-    /// Begins to mark line errors, if the operating system supports it. Discards the bytes that have already arrived.
+    /// Begins to mark line errors, if the operating system supports this. Discards the bytes that have already arrived.
     #[cfg(unix)]
     pub(crate) fn begin(device: Device) -> Option<Self> {
         use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
@@ -79,8 +79,8 @@ impl Marks {
         }
     }
 
-    /// Decodes bytes from the operating system. Calls `take` with each byte of the line, and with a line
-    /// error in place of each byte that had one.
+    /// Decodes bytes from the operating system. Calls `take` with each byte of the line. For a byte that had an error,
+    /// calls `take` with this error instead.
     pub(crate) fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(Result<u8, LineEvent>)) {
         for &byte in bytes {
             let before = std::mem::take(&mut self.state);

@@ -66,8 +66,8 @@ pub(crate) struct Arguments {
     ramp_after: u32,
 }
 
-/// The time that the failsafe takes for one unit of the setpoint. It takes one second for the full travel, as in the
-/// firmware.
+/// The time that the failsafe takes for one unit of the setpoint. The failsafe takes one second for the full travel, as
+/// in the firmware.
 const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.

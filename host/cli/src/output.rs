@@ -17,8 +17,8 @@ pub(crate) struct Output {
     /// The output's name in messages.
     pub(crate) name: String,
     writer: Box<dyn Write + Send>,
-    /// Whether the output is a file. A progress bar is shown only then, because it would disturb the
-    /// rows on a terminal.
+    /// Whether the output is a file. A progress bar is shown only with a file, because the bar would disturb rows on a
+    /// terminal.
     pub(crate) is_file: bool,
     is_terminal: bool,
 }
@@ -149,8 +149,8 @@ pub(crate) fn message(text: &str) -> String {
     format!("framelock: {}", harmless(text))
 }
 
-/// Returns the exit code, and writes the error, if any, to standard error. It is not an error if the
-/// reader of standard output has gone, as with `head`.
+/// Returns the exit code, and writes the error, if any, to standard error. It is not an error if the program that reads
+/// standard output, such as `head`, has ended.
 pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     let Err(error) = outcome else { return 0 };
     let io_error = error.downcast_ref::<io::Error>();

@@ -50,8 +50,8 @@ type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
 /// Returns the rows of a text, each as soon as its line has arrived.
 ///
-/// With `reads_times`, also reads times in seconds from a column or field `time`. In a table without a header, the
-/// times are in the first column, if there is one more column than values. Times must not decrease.
+/// With `reads_times`, also reads times in seconds from a column or field `time`. If a table without a header has one
+/// more column than a frame has values, the first column contains the times. Times must not decrease.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
@@ -106,7 +106,7 @@ pub(crate) fn rows<'a>(
 }
 
 /// Reads a text up to the first line that is neither blank nor a comment. Returns all lines that were read, and a copy
-/// of the last one.
+/// of the last line.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {
@@ -155,7 +155,7 @@ impl<'a> Fields<'a> {
         Ok(places)
     }
 
-    /// Returns the error message `why`. If it reports a missing field, appends the unknown name of this row that is
+    /// Returns the error message `why`. If `why` reports a missing field, appends the unknown name in this row that is
     /// most similar to the field's name.
     fn told(&self, why: String) -> String {
         let missing = why.strip_prefix("missing field `");

@@ -159,7 +159,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
         .map_err(|_| "expected an address and a port, for example 127.0.0.1:4123".into())
 }
 
-/// The rate of frames unless `--rate` says otherwise, in hertz.
+/// The default of `--rate`, in frames per second.
 const USUAL_RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
 
 /// Runs `framelock send`.
@@ -240,7 +240,7 @@ fn report(
 }
 
 impl Arguments {
-    /// Returns the rate of `--rate`, or the default rate.
+    /// Returns the rate that `--rate` gives, or the default rate.
     fn rate(&self) -> Rate {
         self.rate.and_then(NonZeroU32::new).map_or(USUAL_RATE, Rate)
     }
@@ -255,7 +255,7 @@ impl Arguments {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
         if self.frame.has_setpoints() {
-            // Parking always uses the rate, even if the profile has times of its own.
+            // Parking always uses `rate`, even if the profile has times of its own.
             check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
         }
         let time_of = |bytes| time_on_line(bytes, baud);
@@ -286,7 +286,7 @@ impl Arguments {
         Ok(None)
     }
 
-    /// Returns the source of the frames. If the source is datagrams, also returns their receiver.
+    /// Returns the source of the frames. If datagrams are the source, also returns the receiver of the datagrams.
     fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
         if let Some(profile) = profile {

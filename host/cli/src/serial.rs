@@ -151,7 +151,7 @@ impl Write for Port {
     }
 }
 
-/// Replaces a permanent error by the error that the port is gone. Keeps temporary errors.
+/// Replaces a permanent error by an error which says that the port is gone. Keeps temporary errors.
 fn gone(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::TimedOut | ErrorKind::Interrupted => error,
@@ -168,7 +168,7 @@ pub(crate) fn is_gone(error: &io::Error) -> bool {
 }
 
 /// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
-/// is gone, because as long as it is open, the operating system may give the returning port another name.
+/// is gone. As long as the old port is open, the operating system may give the returning port another name.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,
@@ -193,9 +193,8 @@ pub(crate) struct LastingPort<S> {
 }
 
 impl<S: Fn() -> bool> Write for LastingPort<S> {
-    /// Writes to the port, and waits for it if it is gone. The bytes that were being written when the
-    /// port disappeared are lost, like all bytes on the line. So the rest of a frame is never sent
-    /// later.
+    /// Writes to the port. If the port is gone, waits until it is back. The bytes that were being written when the port
+    /// disappeared are lost, like all bytes on the line. So the rest of a frame is never sent later.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let port = self.port.as_mut().ok_or(ErrorKind::NotConnected)?;
         let error = match port.write(bytes) {

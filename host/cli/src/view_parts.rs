@@ -5,7 +5,8 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
 /// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
-/// backgrounds; Okabe and Ito chose the pair. Each of the two constants is the nearest of a terminal's 256 colours.
+/// backgrounds; Okabe and Ito chose the pair. Each of the two constants is the one of a terminal's 256 colours that is
+/// nearest to the original colour.
 pub const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub const VERMILLION: Color = Color::Indexed(166);

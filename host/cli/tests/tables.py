@@ -180,7 +180,7 @@ def main():
         streams["odd.toml"] = framelock(["encode", "--frame", "odd.toml"], odd_rows())
         with open("large.toml", "w") as file:
             file.write("sync='24'\nlength=17\nfields=[{ name='large', at=1, type='u64le' }, { name='scaled', at=9, type='i64le', scale=0.001, offset=-1000 }]")
-        # This stream has no missing values, because pandas would read such a column with gaps as text.
+        # This stream has no missing values, because pandas would read a column with missing values as text.
         streams["large.toml"] = framelock(["encode", "--frame", "large.toml"], b"18446744073709551615,9223372036853775.807\n0,-9223372036855775.808\n")
         rows = sum(check(frame, stream) for frame, stream in streams.items())
     print(f"{rows} rows of {len(streams)} kinds of frames, by pandas {pandas.__version__} and polars {polars.__version__}")

@@ -100,7 +100,7 @@ impl TryFrom<String> for Named {
     }
 }
 
-/// Returns the same algorithm with a table of 16 KiB, whose memory is never freed.
+/// Adds a table of 16 KiB to a CRC, and changes no other algorithm. The table's memory is never freed.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
         assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
         assert_eq!(of("xor", &bytes), 0x9F);
-        // After each byte, the first sum is 20, 60, 5F and the second sum is 20, 80, DF.
+        // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }
 

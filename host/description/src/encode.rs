@@ -16,8 +16,8 @@ enum Wanted {
 }
 
 impl Description {
-    /// Returns the frame with these values. The values are in the order of the columns. Ignores values in the columns
-    /// of other kinds.
+    /// Returns the frame with these values. The values are in the order of the columns. Ignores values in columns that
+    /// the row's kind does not have.
     ///
     /// # Errors
     /// The error names the value that is missing or impossible.
@@ -38,7 +38,7 @@ impl Description {
         // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
             let has_view = kind.views.iter().any(|view| wanted == &*view.name);
-            // A row that contains the whole payload is encoded by the kind, not by the message's view.
+            // To encode a row that contains the whole payload, use the kind instead of the message's view.
             let mut rest = kind.fields.iter().filter(|field| field.length().is_none());
             let is_whole = kind.message_names.iter().any(|(_, name)| wanted == name)
                 && (!has_view || rest.any(is_given));
@@ -74,7 +74,7 @@ impl Description {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // Check which kind a receiver finds in the frame. A receiver tries earlier kinds first, and one of them may
+        // Check which kind a receiver finds in the frame. A receiver tries the kinds in order, so an earlier kind may
         // accept the frame. If the row gives the name of a kind, the receiver may also find one of the kind's views or
         // named messages.
         let format = self.format();
@@ -142,11 +142,12 @@ impl Kind {
             put(field, wanted, &mut frame);
         }
         frame.extend(appended);
-        // The end of the text and the terminator must not together form another terminator.
+        // Check that the end of the text and the terminator do not together form another terminator.
         let is_sealed = self.layout.seal(&mut frame);
         if is_sealed && self.layout.counted_length(&frame) == frame.len() {
             let alone = frame.get(..length).unwrap_or_default();
-            // Write the values again. If this changes a byte, the frame does not contain the value of the field.
+            // Write the values again. If writing the value of a field changes a byte, the frame does not contain this
+            // value.
             let mut again = alone.to_vec();
             let is_missing = |(field, wanted): &&(&Field, Wanted)| {
                 put(field, wanted, &mut again);
@@ -166,7 +167,7 @@ impl Kind {
         Err(self.why_not(&frame))
     }
 
-    /// Returns the index of the first byte that may be left out, if the sender may leave out zeros.
+    /// For a sender that leaves out zeros, returns the index of the first byte that may be left out.
     #[must_use]
     pub fn first_zero(&self) -> usize {
         let shortest = self.layout.shortest().saturating_sub(self.from_end);

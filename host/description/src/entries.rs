@@ -65,8 +65,8 @@ pub(crate) struct FrameEntry {
 }
 
 impl FrameEntry {
-    /// Adds the surrounding description's entries that the kind itself lacks. Puts the description's fields and views
-    /// before the kind's own.
+    /// Adds the entries that the surrounding description has and the kind lacks. Puts the description's fields and
+    /// views before the kind's own.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
         if self.length.is_none() {
@@ -152,7 +152,7 @@ fn sequences(text: &str) -> Result<Vec<Vec<u8>>, String> {
 #[derive(Clone, Default, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Terminators {
-    /// The first alternative, and all alternatives of the same length.
+    /// The first alternative, and all others that have the length of the first.
     pub(crate) first: Alternatives,
     pub(crate) others: Vec<Vec<u8>>,
 }
@@ -203,7 +203,7 @@ impl TryFrom<String> for Content {
         if content.is_empty() {
             return Err("no bytes: leave the key out if a frame may contain any".into());
         }
-        // Put the widest range first, because most bytes are in it.
+        // Put the widest range first, because most bytes are in that range.
         content.sort_by_key(|(first, last)| first.abs_diff(*last));
         content.reverse();
         Ok(Self(content))

@@ -54,7 +54,8 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// The type of a field. A description gives a name for numbers, bytes and text, and a width for bits.
+/// The type of a field. In a description, the type of numbers, bytes and text is a name, and the type of bits is the
+/// number of bits.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Type {
@@ -349,8 +350,8 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Each arm calls this closure separately, so that the compiler knows the type. That is faster than one call
-        // before the match.
+        // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
+        // a single call before the match.
         let own = || {
             let Range { start, end } = self.value_bytes(number, bytes.len());
             // Treat bytes that the sender has left out as zero.

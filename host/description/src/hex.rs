@@ -8,7 +8,7 @@ use crate::text;
 /// semicolons or colons. Each word may begin with `0x`.
 ///
 /// # Errors
-/// The error names the word that is not bytes in hex, and the reason.
+/// The error names the word that does not consist of bytes in hex, and the reason.
 pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut number = 0;

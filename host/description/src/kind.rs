@@ -21,10 +21,10 @@ pub struct Kind {
     pub(crate) ends: Option<Vec<usize>>,
     /// The number of bytes that must arrive before the length is known.
     pub(crate) header: usize,
-    /// The number of bytes at the end of a frame that contain all parts with positions counted from the end.
+    /// How many bytes at the frame's end hold the terminator and all parts whose positions are counted from the end.
     pub from_end: usize,
-    /// The views of messages: their values replace the field that takes the rest of the frame. The first view that fits
-    /// a frame is shown.
+    /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
+    /// first view that fits.
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
     pub sign: (usize, Vec<u8>),
@@ -63,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// Returns the name of the message in a frame, or of the kind if the message has no name.
+    /// Returns the name of the message in a frame, or the name of the kind if the message has none.
     #[inline]
     #[must_use]
     pub fn name_of(&self, frame: &[u8]) -> &str {

@@ -162,7 +162,7 @@ impl Description {
         before
     }
 
-    /// Returns an iterator over the kinds. The views of each kind follow it.
+    /// Returns an iterator over the kinds. The views of each kind follow the kind.
     pub fn shown(&self) -> impl Iterator<Item = &Kind> {
         self.kinds.iter().flat_map(Kind::with_views)
     }

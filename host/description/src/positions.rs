@@ -107,9 +107,9 @@ impl Kind {
         (shortest > self.layout.shortest()).then_some(shortest)
     }
 
-    /// Returns the length of the shortest frame with room for the header, for fields with these [`end`](Field::end)s,
-    /// and for all parts that are counted from the end. The format may require a longer frame. If all frames have the
-    /// same length, returns that length.
+    /// Returns the length of the shortest frame with room for three things: the header, fields with these
+    /// [`end`](Field::end)s, and all parts that are counted from the end. The format's shortest frame may be longer. If
+    /// all frames have the same length, returns this length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
         match self.layout.length() {
             Length::Fixed => self.layout.longest(),
@@ -130,7 +130,7 @@ impl Kind {
         factor.ok().zip(more.ok()).filter(|(factor, _)| *factor > 1)
     }
 
-    /// Returns the smallest length, at least `length`, that a frame can have.
+    /// Returns the smallest length that a frame can have and that is not below `length`.
     #[must_use]
     pub fn next_length(&self, length: usize) -> usize {
         match self.multiple() {

@@ -34,9 +34,9 @@ pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     }
 }
 
-/// Returns a message that may contain text from any source, with escapes. Escapes characters on which a terminal acts,
-/// and characters that change the direction of writing. Keeps backslashes, because parts of the message may already be
-/// escaped.
+/// Returns a copy of `message` that is safe to show on a terminal. The message may contain text from any source.
+/// Escapes characters on which a terminal acts, and characters that change the direction of writing. Keeps backslashes,
+/// because parts of the message may already be escaped.
 #[must_use]
 pub fn harmless(message: &str) -> String {
     let mut harmless = Vec::with_capacity(message.len());
@@ -130,7 +130,8 @@ pub fn no_such(name: &str, names: &[&str]) -> String {
     )
 }
 
-/// Returns the part of an error message that suggests the nearest name. Returns an empty text if no name resembles it.
+/// Returns the part of an error message that suggests the nearest name. Returns an empty text if none of `names`
+/// resembles `name`.
 #[must_use]
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let small = name.to_ascii_lowercase();

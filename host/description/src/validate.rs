@@ -19,7 +19,8 @@ use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
 use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
-/// Returns the kind of frames that an entry describes. If there are several kinds, the header must identify the kind.
+/// Returns the kind of frames that an entry describes. If the kind is one of many and has no list of messages, its
+/// layout gets the list that [`telling`] returns.
 pub(crate) fn kind(
     name: &str,
     written: &FrameEntry,
@@ -37,8 +38,8 @@ pub(crate) fn kind(
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
-        // If a view has items, its fields are added to the field that takes the rest of the frame. Otherwise they
-        // replace that field.
+        // If a view has items, the view's fields are added to the field that takes the rest of the frame. Otherwise the
+        // view's fields replace that field.
         let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
         if !entry.fields.iter().any(is_item) {
             all.fields.retain(|field| !field.get_ref().takes_rest());
@@ -135,8 +136,8 @@ fn untabled(
     Ok((kind, owners))
 }
 
-/// Converts a contradiction into a problem at the entry that describes the contradictory part. For each of the fixed
-/// bits, `owners` has the index of the field that they belong to.
+/// Converts a contradiction into a problem at the entry that describes the contradictory part. For each entry of the
+/// fixed bits, `owners` has the index of its field.
 fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) -> Problem {
     fn span<T>(entry: Option<&Spanned<T>>) -> Option<Range<usize>> {
         entry.map(Spanned::span)
@@ -185,8 +186,8 @@ fn length(written: &FrameEntry) -> Result<Length, Problem> {
     }
 }
 
-/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each has at least `least` bytes:
-/// the header, and the parts that are counted from the end.
+/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `least`
+/// bytes: the header, and the parts that are counted from the end.
 fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem> {
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {
@@ -283,8 +284,8 @@ fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
     sorted(all.into_iter())
 }
 
-/// Returns the numbers and names of the messages that a description takes from a dialect. A message has no name if a
-/// row gives it another definition.
+/// Returns the numbers and names of the messages that a description takes from a dialect. Leaves out a message to which
+/// a row gives another definition.
 fn message_names(messages: &KnownMessages) -> Vec<(u32, &'static str)> {
     let dialects: Vec<Dialect> = match messages {
         KnownMessages::Dialect(dialect) => vec![*dialect],
@@ -319,9 +320,9 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns a list of messages that makes a receiver check fixed bits after the header before it decides on the kind. A
-/// receiver always waits for a message's number before it decides. In this list, the number is the last byte with fixed
-/// bits after the header, and the known numbers are all values of this byte that have these bits.
+/// Returns a list of messages for a kind with fixed bits after the header. With this list, a receiver checks the fixed
+/// bits before it decides on the kind, because a receiver always waits for a message's number. In this list, the number
+/// is the last byte with fixed bits, and the known numbers are all values of this byte that contain the fixed bits.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

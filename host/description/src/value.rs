@@ -53,8 +53,8 @@ impl Value<'_> {
                 _ => row.extend(decimal(*number, *decimals).as_bytes()),
             },
             Self::Bytes(bytes) => {
-                // The prefix is `x`, because without a prefix, some programs would read 0600 and 1E05 as numbers. Other
-                // programs would read 0x06 as a number.
+                // The prefix is `x`. Without a prefix, some programs would read 0600 and 1E05 as numbers. With the
+                // prefix `0x`, other programs would read 0x06 as a number.
                 row.push(b'x');
                 text::append_hex(bytes, row);
             }
@@ -158,7 +158,8 @@ const fn three_digits(number: u16) -> [u8; 3] {
     [b'0' + hundreds as u8, b'0' + tens as u8, b'0' + ones as u8]
 }
 
-/// Appends the digits of a number. It is fast for up to three digits, which suffice for most numbers in a frame.
+/// Appends the digits of a number. This function is fast for up to three digits, which suffice for most numbers in a
+/// frame.
 #[inline]
 fn append_digits(number: u64, row: &mut Vec<u8>) {
     let short = usize::try_from(number)
@@ -365,7 +366,7 @@ mod tests {
 
     use super::*;
 
-    /// The fast functions for scaling and writing numbers agree with simple ones.
+    /// The fast functions for scaling and writing numbers agree with simple functions.
     #[test]
     fn scaled_numbers_have_exact_digits() {
         let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -46,7 +46,7 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
-    /// The receiver of a description, for recordings: streams of false starts do not slow it down.
+    /// The receiver of a description's frames in recordings. Streams of false starts do not slow this receiver down.
     Recorded(Line<StreamReceiver>),
 }
 
@@ -67,7 +67,8 @@ impl AnyLine {
     /// Creates the receiver for these frames and this policy.
     ///
     /// # Errors
-    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if they have no bytes.
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if these frames have
+    /// no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),
@@ -110,8 +111,8 @@ impl AnyLine {
         }
     }
 
-    /// Takes bytes. Calls `found` with the outcome of each byte that is not pending, in the order of the stream. The
-    /// message of a frame is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
+    /// Takes bytes. Calls `found` with the outcome of each byte that is no longer pending, in the order of the stream.
+    /// The message of a frame is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
     pub fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
@@ -145,7 +146,7 @@ impl AnyLine {
         for_any!(self, line => line.pending())
     }
 
-    /// Returns the lecture's machine, if it is the receiver.
+    /// Returns the lecture's machine, or `None` if this line has framelock's receiver.
     #[must_use]
     pub fn lecture(&self) -> Option<&Lecture> {
         match self {

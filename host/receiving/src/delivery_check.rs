@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// The sent frames that have arrived whole and that the receiver may still deliver. Each has a value that the caller
-/// chooses.
+/// The sent frames that have arrived whole and that the receiver may still deliver. Each frame has a value that the
+/// caller chooses.
 #[derive(Clone, Debug)]
 pub struct DeliveryCheck<T> {
     open: VecDeque<(Range<usize>, T)>,
@@ -25,7 +25,7 @@ impl<T> DeliveryCheck<T> {
     }
 
     /// Records that the receiver has delivered these bytes as a frame. Returns the sent frame that arrived in exactly
-    /// these bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
+    /// these bytes, or `None` if there is no such sent frame. Call [`missed`](Self::missed) before this method.
     pub fn delivered(&mut self, bytes: &Range<usize>) -> Option<T> {
         self.oldest_if(|arrived| arrived == bytes)
     }

@@ -8,7 +8,7 @@ use framelock::{Encode, Format as _};
 use framelock_description::{Description, no_such_shipped, read, shipped};
 use serde::Serialize;
 
-/// A format of frames that carry setpoints. The core has a receiver for each of them.
+/// A format of frames that carry setpoints. The core has a receiver for each of these formats.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]

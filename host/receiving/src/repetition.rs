@@ -1,7 +1,7 @@
 //! Finds stretches of a stream that repeat themselves, such as a false start that is sent again and again.
 //!
-//! The outcome at a position depends only on the bytes that follow it, up to the length of the longest frame. In a
-//! periodic stretch, the same bytes follow the position one period later, so its outcome is the same.
+//! The outcome at a position depends only on the bytes from there on, as many as the longest frame has. In a periodic
+//! stretch, the same bytes follow one period later, so the outcomes at both positions are the same.
 
 use framelock::Found;
 
@@ -14,7 +14,8 @@ const PAUSE: usize = 256;
 /// The last stretch of the stream that repeats itself.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Repetition {
-    /// The positions of the stretch's first byte and of the byte after the stretch. They are equal if it is empty.
+    /// The positions of the stretch's first byte and of the byte after the stretch. The two positions are equal if the
+    /// stretch is empty.
     from: usize,
     to: usize,
     period: usize,
@@ -25,15 +26,15 @@ pub(crate) struct Repetition {
 }
 
 impl Repetition {
-    /// Returns the outcome at a position, which depends on `longest` bytes. Returns `None` if the outcome is not known
-    /// yet.
+    /// Returns the outcome at a position. It depends on the `longest` bytes from this position on. Returns `None` if
+    /// the outcome is not known yet.
     #[inline]
     pub(crate) fn outcome(&self, at: usize, longest: usize) -> Option<Found<()>> {
         *self.outcomes.get(self.place(at, longest)?)?
     }
 
-    /// Records the outcome at a position, which depends on `longest` bytes. `bytes` is the stream from this position
-    /// on.
+    /// Records the outcome at a position. `bytes` is the stream from this position on, and the outcome depends on the
+    /// first `longest` of these bytes.
     pub(crate) fn note(&mut self, at: usize, bytes: &[u8], longest: usize, outcome: Found<()>) {
         if self.next_search <= at && self.to < at + longest {
             self.search(at, bytes, longest);
@@ -44,7 +45,8 @@ impl Repetition {
         }
     }
 
-    /// Returns the position's index in the period, if all bytes on which its outcome depends lie in the stretch.
+    /// Returns a position's index in the period; `None` if the outcome at this position depends on a byte outside the
+    /// stretch.
     #[inline]
     fn place(&self, at: usize, longest: usize) -> Option<usize> {
         let is_in = self.from <= at && at + longest <= self.to;

@@ -32,7 +32,7 @@ pub(crate) struct RunningSums {
 }
 
 impl RunningSums {
-    /// Creates running sums over zero bytes. Pass the same algorithm to the other functions.
+    /// Creates the running sums of an empty stream. Pass this algorithm to all other functions too.
     pub(crate) fn new(algorithm: &Algorithm) -> Self {
         let (mut table, mut powers) = (Vec::new(), Vec::new());
         if let Algorithm::Crc(crc) = algorithm {

@@ -1,9 +1,10 @@
 //! The receiver of described frames on a PC. It is as fast on streams of false starts as on other streams.
 //!
-//! A false start that claims 60 000 bytes is rejected by its checksum, and the next byte may begin another one. A
-//! [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each false start. This receiver
+//! A false start that claims 60 000 bytes is rejected by its checksum, and the next byte may begin another false start.
+//! A [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each false start. This receiver
 //! keeps [running sums](RunningSums), the position up to which it has searched for a delimiter, and the outcomes in a
-//! stretch that [repeats itself](Repetition). All of these depend only on the bytes, so they change no classification.
+//! stretch that [repeats itself](Repetition). All of these depend only on the stream's bytes, so they change no
+//! classification.
 
 use std::cell::{Cell, RefCell};
 
@@ -17,7 +18,7 @@ use crate::running_sums::RunningSums;
 /// Layouts whose frames may begin with the same byte.
 type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
 
-/// Up to this length, adding the bytes directly is faster than using running sums.
+/// For up to this number of bytes, computing a checksum directly is faster than using running sums.
 const SHORT: usize = 16;
 
 /// Bytes that were already searched for a delimiter are searched again in steps of at least this length.
@@ -33,7 +34,7 @@ pub struct StreamReceiver {
     from: usize,
     /// The position of the first held byte in the stream.
     position: usize,
-    /// The number of pending bytes that are needed to decide about the first of them.
+    /// The first pending byte cannot be decided before this number of bytes is pending.
     at_least: usize,
 }
 
@@ -68,7 +69,7 @@ impl StreamReceiver {
         Some(found.map(|()| self.held.get(start..self.from).unwrap_or_default()))
     }
 
-    /// Removes the decided bytes from `held` if they are more than half of it.
+    /// Removes the decided bytes from `held` if more than half of the held bytes are decided.
     fn forget_decided(&mut self) {
         if self.from > self.held.len() / 2 {
             self.held.drain(..self.from);
@@ -88,8 +89,8 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // From the slice, append at most the number of bytes in the longest frame. These are enough to decide about
-        // each pending byte.
+        // From the slice, append at most as many bytes as the longest frame has. These bytes are enough to decide about
+        // each byte that is already pending.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);
@@ -170,7 +171,7 @@ struct Start {
     search: Option<Search>,
 }
 
-/// Classifies a stream from any position on, and remembers sums and searches for later positions.
+/// A classifier of a stream from any position on. It remembers sums and searches for later positions.
 #[derive(Clone, Debug)]
 struct Classifier {
     longest: usize,
@@ -180,13 +181,13 @@ struct Classifier {
     repetition: Repetition,
 }
 
-/// A search for a delimiter. Frames that begin with the same byte share one search, so bytes that were searched for an
-/// earlier start need not be searched again.
+/// A search for a delimiter. There is one search for each value of the first byte, so a later start with the same first
+/// byte can use what the search for an earlier start has found.
 #[derive(Clone, Default, Debug)]
 struct Search {
-    /// The position up to which bytes were searched for rejected starts.
+    /// The position up to which bytes were searched for the delimiter of a start that was then rejected.
     searched: usize,
-    /// The position up to which a frame from some start is still incomplete. No delimiter ends it earlier.
+    /// The position up to which some frame was found incomplete. No delimiter ends that frame before this position.
     incomplete: usize,
 }
 
@@ -257,9 +258,9 @@ impl Classifier {
     }
 }
 
-/// Classifies bytes if only one layout may begin with their first byte, and its frames end with a delimiter. If the
-/// bytes were already searched for an earlier start, passes a growing part of them to the layout, until the layout
-/// decides.
+/// Classifies bytes whose first byte may begin frames of only one layout. The frames of this layout end with a
+/// delimiter. If these bytes were already searched for the delimiter of an earlier, rejected start, passes a growing
+/// part of them to the layout, until the layout decides.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],
@@ -267,7 +268,7 @@ fn classify_delimited(
     at: usize,
     bytes: &[u8],
 ) -> Classification {
-    // A layout always decides when it gets the number of bytes that its longest frame has.
+    // A layout always decides when it gets as many bytes as its longest frame has.
     let longest = layouts.first().map(|layout| layout.longest());
     let bytes = longest
         .and_then(|longest| bytes.get(..longest))
@@ -325,7 +326,7 @@ impl Sums {
         classification
     }
 
-    /// Records how far the wrong checksums among these classifications reach.
+    /// Records the end of the bytes that the wrong checksums of these layouts cover.
     fn note_covered(&mut self, layouts: Layouts, at: usize, bytes: &[u8], seen: usize) {
         let end = Cell::new(self.covered);
         let _ = layouts.classify_with(bytes, seen, |algorithm, covered, extra| {
@@ -364,7 +365,7 @@ impl Sums {
     }
 }
 
-/// Returns the offset of a slice inside the bytes of which it is a part.
+/// Returns the offset at which the slice `part` begins in `bytes`, which contain the slice.
 #[inline]
 fn offset(part: &[u8], bytes: &[u8]) -> usize {
     part.as_ptr().addr() - bytes.as_ptr().addr()

@@ -68,15 +68,15 @@ impl TrackedLine {
         pieces
     }
 
-    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, their number is the
-    /// receiver's state.
+    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, the number of
+    /// pending bytes is the receiver's state.
     #[must_use]
     pub fn pending(&self) -> &[u8] {
         &self.pending
     }
 
-    /// Returns the number of bytes that are part of a frame or were discarded. It is the offset of the first pending
-    /// byte.
+    /// Returns the number of bytes that are part of a frame or were discarded. This number is the offset of the first
+    /// pending byte.
     #[must_use]
     pub const fn decided(&self) -> usize {
         self.decided

@@ -113,8 +113,8 @@ struct Noise {
     breaks: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// The start and the result of the last search for a disturbed bit. No bit between them is
-    /// disturbed.
+    /// The first disturbed bit that the last search found. No bit between the start of that search
+    /// and this bit is disturbed.
     quiet_until: u64,
 }
 
@@ -162,15 +162,15 @@ impl Noise {
     }
 }
 
-/// Returns the time that `bytes` without pauses take on a line of `baud`.
+/// Returns the time that this number of bytes takes at this baud rate, without pauses.
 #[must_use]
 pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
     Duration::from_secs(bytes as u64 * BITS_PER_BYTE) / baud
 }
 
-/// Checks that `rate` frames per second fit on a line of `baud`. Each frame has `bytes` bytes with
-/// `byte_gap` idle bits between them. The error states the highest rate that fits, as a multiple of
-/// 1 / `steps`.
+/// Checks that `rate` frames per second fit on a line with this baud rate. Each frame has `bytes`
+/// bytes with `byte_gap` idle bits between them. The error states the highest rate that fits,
+/// rounded down to a multiple of 1 / `steps`.
 ///
 /// # Errors
 /// Returns an error if the frames do not fit.

@@ -29,7 +29,7 @@ pub struct SmoothMotion {
 }
 
 impl SmoothMotion {
-    /// Starts with level axes. The motion takes `slots_per_leg` slots to each next point.
+    /// Starts with level axes. From each point to the next, the motion takes `slots_per_leg` slots.
     #[must_use]
     pub fn new(seed: Seed, slots_per_leg: u64) -> Self {
         Self {
@@ -42,7 +42,7 @@ impl SmoothMotion {
         }
     }
 
-    /// Returns the setpoint in this slot. At the end of a leg, begins the next one.
+    /// Returns the setpoint in this slot. At the end of a leg, begins the next leg.
     pub fn setpoint(&mut self, slot: u64) -> Setpoint {
         if slot >= self.begin + self.length {
             let to = [(); 3]
@@ -53,7 +53,7 @@ impl SmoothMotion {
         self.here(slot)
     }
 
-    /// Begins a leg to `to` that takes `slots` slots and starts and ends at rest.
+    /// Begins a leg to the setpoint `to`. The leg takes `slots` slots, and starts and ends at rest.
     pub fn go(&mut self, slot: u64, to: Setpoint, slots: u64) {
         self.from = self.here(slot);
         self.to = to;
@@ -114,13 +114,13 @@ pub enum Axis {
 pub struct Motion {
     /// Its shape.
     pub shape: Shape,
-    /// The distance from level to either end, in units of demand: at most 127.
+    /// The distance from the middle position to either end, in units of the setpoint: at most 127.
     pub amplitude: u8,
     /// The period in seconds.
     pub period: f64,
     /// The sweep's lowest and highest frequency, in hertz.
     pub frequencies: [f64; 2],
-    /// The axes that move; the others stay level.
+    /// The axes that move. The other axes stay in the middle position.
     pub axes: Vec<Axis>,
 }
 
@@ -179,7 +179,7 @@ pub fn between(from: Setpoint, to: Setpoint, part: f64) -> Setpoint {
     }
 }
 
-/// Returns the nearest value that a demand can have.
+/// Returns the nearest value that an axis of a setpoint can have.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -233,7 +233,8 @@ mod tests {
         }
     }
 
-    /// Counts the periods of the sine: in the middle of each, pitch falls below the middle position.
+    /// Counts the periods of the sine. In the middle of each period, pitch falls below the middle
+    /// position.
     #[test]
     fn the_sweep_goes_up_and_down_in_frequency_without_jumps() {
         let sweep = Motion {
@@ -247,7 +248,8 @@ mod tests {
                 .filter(|&now| pitch(now) >= 128 && pitch(now + 1) < 128)
                 .count()
         };
-        // 0.5 to 2 Hz and back: 25 turns each way. The first 8.75 turns are in the first quarter.
+        // The frequency rises from 0.5 to 2 Hz in 25 turns, and falls back in 25 turns. The first
+        // 10 s have 8.75 turns.
         assert_eq!(turns_between(0, 40), 50);
         assert_eq!(turns_between(0, 10), 9);
         assert_eq!(turns_between(10, 20), 16);

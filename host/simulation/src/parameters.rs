@@ -1,4 +1,4 @@
-//! The parameters of a simulation, which determine its results completely.
+//! The parameters of a simulation. Together, they determine the simulation's results completely.
 
 use std::ops::RangeInclusive;
 
@@ -73,8 +73,8 @@ macro_rules! parameters {
         $(#[doc = $help:literal])+
         $field:ident: $type:ty = $default:expr, $name:literal $unit:literal $number:ident $least:literal to $most:literal;
     )+})+) => {
-        /// All parameters of a simulation, which determine its results completely. Times, rates and
-        /// lengths are in the units that users think in.
+        /// All parameters of a simulation. Together, they determine the simulation's results completely. Times, rates
+        /// and lengths are in the units that users think in.
         #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
         pub struct Parameters {
             /// Seed of all random numbers: the same seed gives the same results

@@ -29,10 +29,10 @@ pub enum Payload {
     Repeated(u8, u8),
     /// The same four bytes in every frame.
     Constant([u8; 4]),
-    /// One of the 512 payloads of clause N2. The payload is drawn once per trial, so that all
-    /// frames of a trial are the same.
+    /// One of the 512 payloads of clause N2 in docs/protocol.md. The payload is drawn once per
+    /// trial, so that all frames of a trial are the same.
     Ambiguous,
-    /// No frames at all. Each frame is replaced by the same number of random bytes.
+    /// No frames at all. Random bytes in place of each frame, as many as the frame has.
     Noise,
 }
 

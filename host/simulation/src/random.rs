@@ -33,8 +33,8 @@ pub struct Seed {
 
 impl Seed {
     /// Returns the generator for this purpose. In each trial, the first eight purposes have eight
-    /// consecutive stream numbers. The other purposes have eight stream numbers in the upper half of
-    /// all stream numbers.
+    /// consecutive stream numbers. The other purposes have consecutive stream numbers in the upper
+    /// half of all stream numbers.
     pub(crate) fn random(self, purpose: Purpose) -> ChaCha8Rng {
         let purpose = purpose as u64;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);

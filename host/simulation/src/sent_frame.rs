@@ -36,8 +36,8 @@ impl SentFrame {
         self.sent == self.transmission.bytes.len()
     }
 
-    /// Returns the byte of this frame that is on the line at this bit, and its position. Bytes
-    /// begin `step` bits apart.
+    /// Returns the byte of this frame that is on the line at this bit, and the byte's position.
+    /// Bytes begin `step` bits apart.
     pub(crate) fn byte_at(&self, bit: u64, step: u64) -> Option<(Origin, u8)> {
         let bit = bit.checked_sub(self.begin)?;
         let (frame, place) = (self.number, usize::try_from(bit / step).ok()?);
@@ -46,9 +46,9 @@ impl SentFrame {
         is_on_line.then_some((Origin { frame, place }, byte))
     }
 
-    /// Records a byte that arrived. `origin` is its position if it belongs to a frame, and
-    /// `is_as_sent` states whether its value is unchanged. Returns true if this byte completes the
-    /// frame and no byte was lost, added or reordered. Values may differ.
+    /// Records a byte that arrived. `origin` is the byte's position if the byte belongs to a frame.
+    /// `is_as_sent` states whether the byte's value is unchanged. Returns true if this byte
+    /// completes the frame and no byte was lost, added or reordered. Values may differ.
     pub(crate) fn deliver(&mut self, origin: Option<Origin>, is_as_sent: bool) -> bool {
         let own = origin.filter(|origin| origin.frame == self.number);
         self.arrived = match own.map(|origin| origin.place) {
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(byte_at(136), None);
     }
 
-    /// Returns whether these bytes leave frame 0 intact, and how often they complete it.
+    /// Returns whether these bytes leave frame 0 intact, and how often the bytes complete frame 0.
     fn arrived(bytes: &[(u64, usize, bool)]) -> (bool, usize) {
         let mut frame = frame();
         let ended = bytes.iter().filter(|&&(number, place, is_as_sent)| {
@@ -129,8 +129,8 @@ mod tests {
         assert_eq!(arrived(&lost), (false, 0));
         let across = [(0, 0, true), (1, 1, true), (0, 2, true)];
         assert_eq!(arrived(&across), (false, 0));
-        // If the first byte comes twice, a whole frame follows the first copy. If any other byte
-        // comes twice, there is no whole frame.
+        // If the first byte comes twice, a whole frame begins with the second copy. If any other
+        // byte comes twice, no whole frame arrives.
         let first_doubled = [(0, 0, true), (0, 0, true), (0, 1, true), (0, 2, true)];
         assert_eq!(arrived(&first_doubled), (true, 1));
         let doubled = [(0, 0, true), (0, 1, true), (0, 1, true), (0, 2, true)];
@@ -149,7 +149,7 @@ mod tests {
         frame.deliver(byte(1), true);
         frame.line_error();
         assert!(frame.deliver(byte(2), true) && !frame.is_intact);
-        // Bytes before the frame's first byte do not break it.
+        // Bytes before the frame's first byte do not break the frame.
         for place in 0..3 {
             frame.deliver(byte(place), true);
         }

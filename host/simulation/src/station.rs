@@ -26,9 +26,8 @@ pub struct StationKind {
 }
 
 impl StationKind {
-    /// Returns all stations that receive the format. For BIN these are the lecture's machine and
-    /// then framelock's receiver. Each of them comes twice: first without an idle-gap rule, then
-    /// with one.
+    /// Returns all stations that receive the format. For BIN these are the lecture's machine and then framelock's
+    /// receiver. Each receiver comes twice: first without an idle-gap rule, then with such a rule.
     #[must_use]
     pub fn of(format: FrameFormat) -> Vec<Self> {
         let both = |policy| {
@@ -96,7 +95,7 @@ pub struct Station {
     receiver: AnyLine,
     /// The number of bytes received.
     received: usize,
-    /// The sent frames whose every byte arrived, with their numbers and setpoints.
+    /// The sent frames of which every byte arrived, each with its number and its setpoint.
     check: DeliveryCheck<(u64, Option<Setpoint>)>,
     /// Whether the receiver has delivered something wrong since the last frame.
     is_wrong: bool,
@@ -203,7 +202,7 @@ impl Station {
         }
     }
 
-    /// Returns the time at which the frame was delivered, if it was.
+    /// Returns the time at which the frame was delivered; `None` if the receiver did not deliver it.
     fn delivery(&self, frame: &SentFrame) -> Option<u64> {
         let (number, at) = self.delivered?;
         (number == frame.number).then_some(at)
@@ -245,8 +244,8 @@ impl Station {
         u64::from(self.is_following && !self.is_following(at, output))
     }
 
-    /// Returns true if the output equals the setpoint or approaches it. Also returns true until the
-    /// first frame is late.
+    /// Returns true if the output equals the setpoint or approaches it. Also returns true until `hold_after` has passed
+    /// since the start, because no frame is late before that.
     fn is_following(&self, at: u64, output: Output<u8, 3>) -> bool {
         microseconds(at, self.baud) < self.hold_after
             || matches!(output.phase, Phase::Live | Phase::Approach)
@@ -275,9 +274,8 @@ impl Station {
         self.tally.longest_silence.max(silence)
     }
 
-    /// Records the outcome of a frame that began at the time `began`, when no more of its bytes can
-    /// come. Call this for frames in the order in which they were sent, and for each frame before the
-    /// next frame ends.
+    /// Records the outcome of a frame that began at the time `began`. Call this when no more bytes of the frame can
+    /// come. Call it for frames in the order in which they were sent, and for each frame before the next frame ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
         let Some(at) = self.delivery(frame) else {

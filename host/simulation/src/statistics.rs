@@ -1,8 +1,10 @@
-//! Confidence intervals of measured figures. They contain the true value in 95 of 100 cases.
+//! Confidence intervals of measured figures. Such an interval contains the true value in 95 of 100
+//! cases.
 
 use serde::Serialize;
 
-/// The number of standard deviations to each side that contain 95 % of a normal distribution.
+/// An interval of this many standard deviations to each side of the mean contains 95 % of a normal
+/// distribution.
 const DEVIATIONS: f64 = 1.959_963_984_540_054;
 
 /// A part of a whole, with its confidence interval.
@@ -60,7 +62,7 @@ fn wilson(count: u64, of: u64) -> [f64; 3] {
     let width =
         DEVIATIONS * (value * (1.0 - value) / trials + square / (4.0 * trials * trials)).sqrt();
     let end = |place: f64| place / (1.0 + square / trials);
-    // Set these ends exactly, because rounding would leave a small difference.
+    // Set the ends 0 and 1 exactly, because rounding would leave a small difference.
     let low = if count == 0 { 0.0 } else { end(middle - width) };
     let high = if count == of {
         1.0

@@ -53,10 +53,10 @@ pub struct ReceiverTally {
     /// How often the failsafe took over, because frames stopped coming or never came.
     pub engagements: u64,
     /// The largest difference of any axis between the failsafe's output and the setpoint sent last,
-    /// in units of demand.
+    /// in units of the setpoint.
     pub largest_error: u8,
     /// The sum of the squared differences between output and setpoint, over all three axes and all
-    /// comparisons, and the number of comparisons.
+    /// comparisons. `looks` is the number of comparisons.
     pub(crate) error_squares: u64,
     pub(crate) looks: u64,
     pub(crate) lost_per_byte: Ratio,
@@ -145,7 +145,7 @@ impl ReceiverTally {
 
     /// Returns the root mean square of the difference between the failsafe's output and the
     /// setpoint sent last, or `None` if the outputs were never compared. The figure is meaningful
-    /// only for smooth motion, because the failsafe's approach cannot follow any other.
+    /// only for smooth motion, because the failsafe's approach cannot follow any other payload.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "printed digits are unaffected")]
     pub fn error_rms(&self) -> Option<f64> {

@@ -6,11 +6,11 @@ use framelock_receiving::FrameFormat;
 /// Returns the probability that a frame after a pause is delivered with a wrong setpoint, if each
 /// bit is inverted with the probability `flip`.
 ///
-/// The following bits must arrive as they were sent: the sync, the terminator, all start and stop
-/// bits, and the nine idle bits that precede the frame. The bits of the setpoint must change in a way
-/// that the checksum does not notice. The formula omits cases in which two unlikely errors coincide.
-/// It also omits receivers that miss a start bit and are back in step two bytes later. If at most one
-/// bit in a hundred is inverted, the omitted cases together add less than 5 % to the result.
+/// The following bits must arrive as they were sent: the sync, the terminator, all start and stop bits, and the nine
+/// idle bits that precede the frame. The bits of the setpoint must change in a way that the checksum does not notice.
+/// The formula omits cases in which two unlikely errors coincide. The formula also omits receivers that miss a start
+/// bit and are back in step two bytes later. If at most one bit in a hundred is inverted, the omitted cases together
+/// add less than 5 % to the result.
 #[must_use]
 pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
     let kept = |bits| (1.0 - flip).powi(bits);
@@ -25,9 +25,9 @@ pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
 /// Returns the probability that an error in payload and checksum goes unnoticed and changes the
 /// setpoint.
 ///
-/// A linear code does not notice errors that are code words. Their probability is the mean of (1 - 2 flip)^weight over
-/// the 256 words of the dual code (`MacWilliams`). Some of these code words leave the setpoint unchanged: zero, and
-/// words that change only the reserved byte and the checksum.
+/// A linear code does not notice errors that are code words. The probability of such errors is the mean of
+/// (1 - 2 flip)^weight over the 256 words of the dual code (`MacWilliams`). Some of these code words leave the setpoint
+/// unchanged: zero, and words that change only the reserved byte and the checksum.
 fn unnoticed(flip: f64) -> f64 {
     let crc = |payload: u32| u32::from(crc8(payload.to_be_bytes()) ^ crc8([0; 4]));
     let columns = (0..32)

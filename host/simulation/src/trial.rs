@@ -18,8 +18,8 @@ use crate::station::{Fate, Outcome, Station, StationKind, microseconds};
 use crate::tally::{LineTally, Tally};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
-/// How often per second the output of the failsafe is compared with the demand: as often as the
-/// firmware's main loop runs.
+/// How often per second the output of the failsafe is compared with the setpoint sent last: as often as the firmware's
+/// main loop runs.
 const LOOKS_PER_SECOND: f64 = 500.0;
 
 /// An event of a trial.
@@ -42,7 +42,7 @@ pub enum Event {
         /// The frame's outcome at each station.
         fates: Vec<Fate>,
     },
-    /// The outputs of the failsafes were compared with the demand.
+    /// The outputs of the failsafes were compared with the setpoint sent last.
     Look {
         /// The time since the beginning of the trial.
         microseconds: u64,
@@ -98,8 +98,8 @@ pub struct Trial {
     faults: ByteFaults,
     stations: Vec<Station>,
     tally: LineTally,
-    /// The setpoint of the frame sent last, and the bit from which the stations should follow it.
-    /// This bit is one byte after the frame, because the two clocks differ.
+    /// The setpoint of the frame sent last, and the bit from which the stations should follow it. This bit is one byte
+    /// time after the end of the frame, because the clocks of sender and receiver differ.
     demand: Setpoint,
     settled: u64,
     /// The bit of the next comparison of outputs, and the number of bits between comparisons.
@@ -177,8 +177,8 @@ impl Trial {
         }
     }
 
-    /// Advances to this bit. Sends the bytes of the current frame that end by then, and keeps the
-    /// line idle when there is nothing to send.
+    /// Advances to this bit. Sends the bytes of the current frame that end at or before this bit, and keeps the line
+    /// idle when there is nothing to send.
     pub fn advance_to(&mut self, bit: u64) {
         loop {
             let (now, look) = (self.line.sent, self.next_look.max(self.settled));

@@ -1,11 +1,11 @@
 //! The receiving UART, sample by sample.
 //!
-//! The UART's clock runs sixteen times as fast as its bits. The UART looks for a low level at each
-//! tick. It decides the start bit and every following bit by a majority of the ticks 7, 8 and 9 of
-//! that bit. If the start bit is decided as high, it was noise and is ignored. A low stop bit is a
-//! framing error, and the UART then behaves like the nRF52840's UARTE: it does not store the byte,
-//! it reports a break if the line stays low for longer than a character, and it receives nothing
-//! more before the line has been high again.
+//! The UART's clock has sixteen ticks per bit. While it waits for a byte, the UART looks for a low
+//! level at each tick. It decides the start bit and every following bit by a majority of the levels
+//! at the ticks 7, 8 and 9 of that bit. If the start bit is decided as high, it was noise and is
+//! ignored. A low stop bit is a framing error. The UART then behaves like the nRF52840's UARTE: it
+//! does not store the byte, and it reports a break if the line stays low for longer than a
+//! character. The UART receives nothing more before the line has been high again.
 
 use std::collections::VecDeque;
 
@@ -33,7 +33,8 @@ const LAST_SAMPLE: u64 = 9;
 /// An event that the receiver reports, with its time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Heard {
-    /// A byte. The UART saw its start bit at `start` and decided its stop bit at `at`.
+    /// A byte. The UART saw the byte's start bit at `start` and decided the byte's stop bit at
+    /// `at`.
     Byte { byte: u8, start: u64, at: u64 },
     /// A low stop bit or, after it, a line that stays low for longer than a character.
     Error { event: LineEvent, at: u64 },
@@ -54,7 +55,7 @@ enum State {
 /// The character being received.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Character {
-    /// The tick at which its start bit was seen.
+    /// The tick at which the character's start bit was seen.
     start: u64,
     /// The number of high samples of the current bit.
     high: u64,
@@ -79,7 +80,7 @@ impl Uart {
         self.heard.pop_front()
     }
 
-    /// Advances to the time `until`. From the end of the last call to `until`, the line has this
+    /// Advances to the time `until`. Since the time of the last call, the line has had this
     /// `level`.
     pub(crate) fn advance(&mut self, level: bool, until: u64) {
         let end = until.div_ceil(TICK);
@@ -109,7 +110,7 @@ impl Uart {
         }
     }
 
-    /// Samples one bit of a character up to the tick `end`. The last sample decides the bit.
+    /// Samples one bit of a character up to the tick `end`. Decides the bit after its last sample.
     fn sample(&mut self, mut character: Character, level: bool, end: u64) -> State {
         let bit = (self.tick - character.start) / OVERSAMPLING;
         let last = character.start + bit * OVERSAMPLING + LAST_SAMPLE;

@@ -32,8 +32,7 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
     let format = description.format();
     let kinds = description.kinds.iter().cycle();
     for (kind, _) in kinds.zip(0..count) {
-        // Try several lengths. Many message types have only one valid length, so not all bytes make
-        // a frame.
+        // Try several lengths, because many message types have only one valid length.
         let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
         let frame =
             frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));
@@ -46,8 +45,8 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
     stream
 }
 
-/// Returns a frame of this kind that is `longer` bytes longer than necessary, or `None` if its
-/// bytes do not make a frame.
+/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
+/// if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = &kind.layout;
     let mut fields = kind.fields.iter();

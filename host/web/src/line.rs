@@ -16,7 +16,7 @@ const PAUSE: u64 = 5 * BYTE;
 pub(crate) struct Cell {
     /// The byte sent, or `None` if nobody sent it.
     pub(crate) sent: Option<u8>,
-    /// The byte that arrives, or `None` if it is lost.
+    /// The byte that arrives, or `None` if the byte is lost.
     pub(crate) received: Option<u8>,
     /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
     pub(crate) ends: u32,

@@ -30,10 +30,10 @@ pub(crate) struct Tally {
     pub(crate) missed: usize,
     /// Deliveries of bytes that are not an intact frame.
     pub(crate) wrong: usize,
-    /// The number of missed frames and wrong deliveries since the last correct delivery.
+    /// The numbers of missed frames and of wrong deliveries since the last correct delivery.
     pub(crate) missed_in_row: usize,
     pub(crate) wrong_in_row: usize,
-    /// The time at which the first of these frames was missed.
+    /// The time at which the first of these missed frames arrived.
     pub(crate) since: u32,
 }
 
@@ -46,7 +46,8 @@ pub(crate) struct Machine {
     pub(crate) frame: Vec<u8>,
     /// The positions of the pending bytes on the line.
     places: VecDeque<usize>,
-    /// The bytes that the last step decided, by their positions on the line.
+    /// The bytes that the last step decided: the position of each byte on the line, and its
+    /// outcome.
     pub(crate) fates: Vec<(usize, Fate)>,
     pub(crate) tally: Tally,
     /// For each intact frame that may still be delivered, the time at which it arrived.
@@ -112,7 +113,7 @@ impl Machine {
         self.setpoints?.setpoint(&self.frame)
     }
 
-    /// Returns the lecture's machine, if this is that machine.
+    /// Returns the lecture's machine, or `None` if this is framelock's receiver.
     pub(crate) fn lecture(&self) -> Option<&Lecture> {
         self.line.line().lecture()
     }
@@ -153,8 +154,8 @@ impl Machine {
         Fate::Wrong
     }
 
-    /// Counts the frames that begin before this byte as missed, because they can no longer be
-    /// delivered.
+    /// Adds the frames that begin before this byte to the missed frames, because they can no longer
+    /// be delivered.
     fn miss(&mut self, decided: usize) {
         while let Some(at) = self.check.missed(decided) {
             self.tally.missed += 1;

@@ -19,8 +19,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
         }
         let mut names = names_of(kind, bytes, classification);
         if let Some(other) = &common {
-            // The bytes may belong to either kind, so keep only the names that are the same in
-            // both.
+            // The bytes may belong to this kind or to an earlier one, so keep only the names that
+            // all these kinds give.
             names.truncate(other.len());
             let both = names.iter_mut().zip(other);
             both.filter(|(name, other)| *name != *other)

@@ -13,8 +13,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. It
-/// is three byte times, plus the time in which the next byte arrives.
+/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is three
+/// byte times, plus the time in which the next byte arrives.
 const IDLE_AFTER: u32 = 35;
 
 /// The distance between saved states, in bytes.
@@ -27,7 +27,7 @@ pub(crate) struct State {
     /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
-    /// How many bytes in a row, up to the latest, arrived as they were sent.
+    /// The number of consecutive bytes, up to the latest byte, that arrived as they were sent.
     as_sent: usize,
     /// The time from which the line counts as idle unless a byte arrives.
     idle_at: Option<u32>,
@@ -83,8 +83,8 @@ impl Run {
         })
     }
 
-    /// Decodes one more piece, so that positions after it can be shown immediately. Returns the number
-    /// of bytes decoded so far.
+    /// Decodes one more piece, so that positions after this piece can be shown immediately. Returns the number of bytes
+    /// decoded so far.
     pub fn decode(&mut self) -> usize {
         let done = self.kept.len() * KEPT_EVERY;
         let until = self.cells.len().min(done + KEPT_EVERY);
@@ -184,7 +184,7 @@ impl Run {
 }
 
 impl State {
-    /// Reports an idle line to the machines if the line has been idle.
+    /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
         if let Some(at) = self.idle_at.take_if(|at| *at < self.now) {
             self.machines

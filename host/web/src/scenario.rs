@@ -11,7 +11,7 @@ use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode
 /// The name, in the address, of frames that the user describes.
 pub(crate) const OWN: &str = "own";
 
-/// The user's description unless the address contains another one.
+/// The user's own description, if the address contains none.
 const EXAMPLE: &str = include_str!("../page/motor.toml");
 
 /// All settings that determine the view. The view is the same on every computer.
@@ -35,7 +35,8 @@ pub(crate) struct Scenario {
     /// The length of a file that is sent instead of frames. The address does not contain the file's
     /// bytes.
     pub(crate) file: usize,
-    /// The user's edits of bytes, each with the byte's place on the line as it is after all earlier edits.
+    /// The user's edits of bytes, each with the byte's place on the line. An edit's place refers to the line after all
+    /// earlier edits.
     pub(crate) edits: Vec<(usize, Action)>,
     /// The position: the number of bytes that have arrived.
     pub(crate) at: usize,

@@ -65,8 +65,8 @@ impl Run {
         })
     }
 
-    /// Returns the positions at which playing stops until the user continues: after the first byte that the line
-    /// loses, alters or inserts, and after the first intact frame that a machine misses.
+    /// Returns the positions at which playing stops until the user continues. Playing stops after the first byte that
+    /// the line loses, alters or inserts, and after the first intact frame that a machine misses.
     fn holds(&self) -> Vec<usize> {
         let mut cells = self.cells.iter();
         let fault = cells.position(|cell| kind(cell) != "as sent");

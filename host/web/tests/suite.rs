@@ -357,7 +357,7 @@ fn examples_of_every_frame_format_are_sent_and_delivered() {
         assert_eq!(machine["tally"]["delivered"], 30, "{name}");
         assert_eq!(machine["status"], "LISTENING");
         assert_ne!(machine["fields"], json!([]), "{name}");
-        // Every byte of an incomplete frame has a name.
+        // While a frame is incomplete, the page shows a name for each byte that has arrived.
         for position in 0..run.bytes().min(50) {
             let mut view = view(&run, position, 0..0);
             let window = view["machines"][0]["window"].take();
@@ -402,8 +402,8 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
             .all(|cell| cell["fates"] == json!(["delivered"]))
     );
 
-    // A user types a description without the checksum. One byte is changed, which no receiver can
-    // then notice.
+    // A user types a description without the checksum. Then one byte is changed. Without the checksum, no receiver can
+    // notice the change.
     let plain = MOTOR.replace("checksum", "# checksum");
     let run = decoded(&format!("{}&bytes={captured}&edits=4f01", own(&plain)));
     let machine = view(&run, 11, 0..0)["machines"][0].take();
@@ -650,7 +650,8 @@ fn every_key_is_written_as_it_is_read() {
     }
 }
 
-/// A valid key and value for each key, and pairs that are valid or almost valid.
+/// For each key, a pattern of valid pairs of key and value. The last pattern gives pairs that are valid or almost
+/// valid.
 const PAIRS: [&str; 13] = [
     "frame=(bin|bin-crc8|crsf|ubx|own)",
     "description=length%20%3D%20[1-9]",
@@ -673,10 +674,10 @@ fn address() -> impl Strategy<Value = String> {
     prop::collection::vec(pair.prop_flat_map(|pair| pair), 0..6).prop_map(|pairs| pairs.join("&"))
 }
 
-/// The number of valid addresses that had each key, and the number of wrong addresses.
+/// For each key, the number of valid addresses with this key. The last number counts the wrong addresses.
 static OCCURRED: Mutex<[usize; PAIRS.len()]> = Mutex::new([0; PAIRS.len()]);
 
-/// Valid addresses with each key occur, and wrong ones.
+/// Valid addresses with each key occur, and wrong addresses occur too.
 #[test]
 fn an_address_is_read_as_it_is_written() {
     any_address();

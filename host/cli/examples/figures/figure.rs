@@ -36,7 +36,7 @@ impl Figure {
         for (number, options) in self.runs.iter().enumerate() {
             for point in parameters(options)? {
                 runs.push(number);
-                // At least two trials are needed, since one has no confidence interval.
+                // At least two trials are needed, since a single trial has no confidence interval.
                 let trials = (point.trials.saturating_mul(effort) / 100).max(2.min(point.trials));
                 all.push(Parameters {
                     seed,
@@ -135,7 +135,7 @@ fn hours(point: &Point) -> f64 {
     point.tally.line.frames_sent as f64 / point.parameters.rate / 3_600.0
 }
 
-/// Returns the theoretical share of wrong setpoints for bit error rates at twenty points per decade.
+/// Returns the theoretical share of wrong setpoints at twenty bit error rates per decade.
 fn expected(format: FrameFormat) -> Vec<Place> {
     let places = (-100..=-30).map(|step| {
         let flip = 10_f64.powf(f64::from(step) / 20.0);
@@ -144,8 +144,8 @@ fn expected(format: FrameFormat) -> Vec<Place> {
     places.filter(|place| place.y > 1e-8).collect()
 }
 
-/// Returns the points of a series from the rows that it selects. On a logarithmic axis, the series ends at the first
-/// zero.
+/// Computes the points of a series from the rows that the series selects. On a logarithmic y axis, the series ends with
+/// its first zero.
 fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
     let pointer = series.value.as_ref().unwrap_or(&y.value);
     let is_selected = |row: &&Value| {

@@ -49,7 +49,7 @@ pub(crate) struct Axis {
     is_stepped: bool,
     /// The maximum number of labels on the axis.
     labels: usize,
-    /// The path of the values in a row of results. `scale` is a factor for the values.
+    /// The path of the values in a row of results. The chart multiplies these values by `scale`, if there is one.
     pub(crate) value: String,
     pub(crate) scale: Option<f64>,
 }
@@ -62,7 +62,7 @@ enum Mark {
     Dashes,
     /// Dots with their confidence intervals.
     Dots,
-    /// Bars with their values above them, next to the bars of the other series.
+    /// Bars, each with its value above it, next to the bars of the other series.
     Bars,
 }
 
@@ -72,14 +72,14 @@ pub(crate) struct Series {
     mark: Mark,
     /// The path of the values in a row of results, if it differs from the axis's path.
     pub(crate) value: Option<String>,
-    /// Selects the rows of this series: each path in the row must have this value.
+    /// Selects the rows of this series: a row must have each of these keys with the value given here.
     #[serde(flatten)]
     pub(crate) select: Map<String, Value>,
     #[serde(skip)]
     pub(crate) places: Vec<Place>,
 }
 
-/// A text in the chart. If the label has a colour, a short line of this colour precedes the text.
+/// A label in the chart. If it has a colour, a short line of this colour precedes its text.
 #[derive(Deserialize)]
 struct Label {
     at: (f64, f64),
@@ -331,8 +331,8 @@ impl Label {
     }
 }
 
-/// Returns a font with this size in pixels. The drawing library divides the size by 1.24, and the factor compensates
-/// for this.
+/// Returns a font with this size in pixels. The drawing library divides a font's size by 1.24, so this function
+/// multiplies the size by 1.24.
 fn font(pixels: f64) -> FontDesc<'static> {
     FontDesc::new(FontFamily::SansSerif, pixels * 1.24, FontStyle::Normal)
 }

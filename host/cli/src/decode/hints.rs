@@ -14,8 +14,8 @@ pub(super) const TRIED: usize = 64 * 1024;
 /// Returns the likely reason why a stream yields few frames of `protocol`. `stream` contains the stream's first bytes.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
-    // A guess fits if it puts more than half of all bytes into frames, and more than twice the number of bytes that the
-    // user's options put into frames.
+    // A guess fits if, with this guess, more than half of all bytes are in frames, and more than twice as many bytes as
+    // with the user's options.
     let fits = |protocol: &Protocol, stream: &[u8]| {
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own
@@ -47,8 +47,8 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if policy == Policy::Lecture && fits(protocol, stream) {
         return Some("--policy framelock finds frames".to_owned());
     }
-    // A user's description with the same sync as a shipped description is probably a variant of it. Then the choice of
-    // `--frame` is right, and a key in the user's description is wrong.
+    // A user's description with the same sync as a shipped description is probably a variant of the shipped one. The
+    // user has then chosen the right `--frame`, but a key in the user's description is wrong.
     let is_shipped = SHIPPED.iter().any(|(name, _)| *name == protocol.name);
     if let Some(other) = fitting(stream).filter(|it| is_shipped || sync(it) != sync(protocol)) {
         return Some(format!("they are frames of {other}: give --frame {other}"));
@@ -90,8 +90,8 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if let Some(cause) = wrong_period(protocol, stream) {
         return Some(cause);
     }
-    // If the sender has half the baud rate or less, its start bit lasts for two or more of the receiver's bits. The
-    // lowest bit of each byte is then 0.
+    // If the sender's baud rate is at most half of the receiver's, the sender's start bit lasts for two or more of the
+    // receiver's bits. The lowest bit of each received byte is then 0.
     let is_even = |byte: &&u8| **byte & 1 == 0;
     let is_steady = stream.iter().all(|byte| Some(byte) == stream.first());
     if stream.len() >= 64 && !is_steady && share(stream, is_even) > 0.98 {
@@ -147,7 +147,7 @@ fn is_utf_16(stream: &[u8]) -> bool {
     }
 }
 
-/// Replaces each line end (CR LF, LF or CR).
+/// Returns the stream with `end` in place of each line end (CR LF, LF or CR).
 fn with_line_ends(stream: &[u8], end: &[u8]) -> Vec<u8> {
     let mut replaced = Vec::new();
     let mut before = 0;
@@ -174,7 +174,7 @@ fn sync(protocol: &Protocol) -> Option<&[u8]> {
     kind.layout.sync().each().next()
 }
 
-/// Returns a hint if frames have a fixed length, but the sync repeats at another distance.
+/// Returns a hint if frames have a fixed length, but the sync repeats at a distance other than this length.
 fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
     let kind = protocol.description.kinds.first()?;
     let sync =

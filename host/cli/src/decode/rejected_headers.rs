@@ -7,7 +7,7 @@ use framelock_receiving::Protocol;
 /// No hint is given before this number of bytes has been received.
 const SOME: u64 = 200;
 
-/// The numbers of bytes that followed rejected headers, by reason.
+/// For each reason, the number of bytes that followed a header rejected for this reason.
 #[derive(Default)]
 pub(super) struct RejectedHeaders {
     /// The reason why the last header was rejected; `None` if a frame was delivered after it.

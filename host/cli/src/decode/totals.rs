@@ -16,7 +16,7 @@ pub(super) struct Totals {
 }
 
 impl Totals {
-    /// Adds the increase of each counter since the last call, which must be less than 2³².
+    /// Adds the increase of each counter since the last call. Each increase must be less than 2³².
     pub(super) fn add(&mut self, now: &Counters) {
         let Self { before, .. } = *self;
         self.bytes += increase(now.bytes, before.bytes);
@@ -27,7 +27,8 @@ impl Totals {
         self.before = *now;
     }
 
-    /// Adds the increase at the end of the input, at which the remaining pending bytes were discarded.
+    /// Adds the increase of each counter at the end of the input. The receiver discards the remaining pending bytes
+    /// there, and these are counted as `end_of_input`.
     pub(super) fn add_end(&mut self, now: &Counters) {
         let before = self.discarded.line_event;
         self.add(now);

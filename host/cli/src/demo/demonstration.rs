@@ -24,9 +24,9 @@ pub(super) struct Report {
     pub(super) tally: ReceiverTally,
     /// The number of frames whose setpoint was not committed with the frame's last byte.
     pub(super) lost: u64,
-    /// The number of commits whose setpoint is not the frame's, or that happen at another byte than a frame's last.
+    /// The number of commits that do not happen with a frame's last byte, or whose setpoint differs from that frame's.
     pub(super) wrong: u64,
-    /// The time since the receiver became deaf, if it is deaf.
+    /// The time since the receiver became deaf; `None` if the receiver is not deaf.
     pub(super) deaf: Option<Duration>,
     pub(super) longest_deafness: Duration,
 }
@@ -56,7 +56,7 @@ impl Demonstration {
             baud,
             rate: rate.into(),
             idle_gap: arguments.idle_gap.unwrap_or(Parameters::DEFAULT.idle_gap),
-            // Hold after five frame times without a commit, and ramp after twenty-five.
+            // Hold after five frame times without a commit, and ramp after twenty-five frame times.
             hold_after: 5.0 * period,
             ramp_after: 25.0 * period,
             // 160 units per second. This is faster than the motion, so that the failsafe catches up.

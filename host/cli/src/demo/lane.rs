@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use framelock_simulation::Fate;
 
-/// The number of fates that are kept. No terminal has as many columns.
+/// The number of fates that are kept. No terminal has this many columns.
 const KEPT: usize = 1000;
 
 /// The fates of the frames at one receiver, in the order in which the frames were due.
@@ -42,7 +42,7 @@ impl Lane {
         self.fates.iter().skip(before).copied()
     }
 
-    /// Returns the time since the receiver became deaf, or `None` if it is not deaf.
+    /// Returns the time since the receiver became deaf, or `None` if the receiver is not deaf.
     pub(super) fn deaf(&self, now: Duration) -> Option<Duration> {
         self.deaf_since.map(|since| now.saturating_sub(since))
     }

@@ -13,7 +13,7 @@ use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 /// resumes the process misses nothing.
 const LONGEST_STEP: Duration = Duration::from_millis(250);
 
-/// Shows the demonstration at `speed` times real time, until it is over or the user quits. Restores the
+/// Shows the demonstration at `speed` times real time, until the demonstration is over or the user quits. Restores the
 /// terminal afterwards, even after an error or a panic.
 pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     let mut screen = Screen::take()?;

@@ -9,8 +9,8 @@ use super::story::story;
 /// The limit on the number of lines with counts. It keeps the output of a long run readable.
 const MOST_LINES: u32 = 20;
 
-/// Runs the demonstration to its end without waiting. Prints the story, and between its parts a line
-/// for each second, or for several seconds of a long run.
+/// Runs the demonstration to its end without waiting. Prints the story. Between the story's parts, prints a line for
+/// each second. In a long run, a line covers several seconds.
 pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io::Result<()> {
     let seconds = demonstration.arguments.seconds;
     let step = seconds.div_ceil(MOST_LINES);

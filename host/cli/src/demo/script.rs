@@ -24,7 +24,7 @@ pub(super) enum Passage {
     Again,
 }
 
-/// The parts of the demonstration and their lengths, in units of 1 / [`PARTS`] of the whole.
+/// The parts of the demonstration and their lengths, in units of 1 / [`PARTS`] of the whole demonstration.
 const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Still, 8),
     (Passage::Ride, 5),
@@ -32,7 +32,7 @@ const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Again, 3),
 ];
 
-/// The sum of all lengths.
+/// The sum of all lengths in [`PASSAGES`].
 const PARTS: u64 = 20;
 
 /// The schedule of the demonstration's parts. Time is counted in slots: slot `n` begins when frame `n` is due.

@@ -12,8 +12,8 @@ use crate::input::{Arrival, Input, for_each_arrival};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
 use crate::serial::Device;
 
-/// The number of messages that may wait in the channel. It is large enough for a serial line. A program that
-/// writes faster into a pipe has to wait.
+/// The number of messages that may wait in the channel. It is large enough for a serial line. A program that writes
+/// into a pipe faster than the view reads has to wait.
 const MOST_WAITING: usize = 64;
 
 /// The longest time for which messages are handled before keys are checked again.
@@ -35,7 +35,7 @@ pub(super) fn run(session: &mut MonitorSession, input: Input<'static>) -> Result
     let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
     // If the reading thread still waits for input at the end, it ends with the process.
     thread::spawn(move || {
-        // Sending fails after the view is gone, which is no error.
+        // Sending fails after the view is gone. This is not an error.
         let send = |news| drop(sender.send((Instant::now(), news)));
         let outcome = for_each_arrival(input, |arrival| {
             send(match arrival {

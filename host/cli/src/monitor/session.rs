@@ -126,7 +126,7 @@ impl MonitorSession {
         self.record_arrivals(&data);
     }
 
-    /// Records these bytes, or the frames that have arrived.
+    /// Records the frames that have arrived if this is a recording of frames, otherwise these bytes.
     fn record_arrivals(&mut self, bytes: &[u8]) {
         let mut rows = Vec::new();
         let Watch { frame, arrived, .. } = &mut self.watch;
@@ -137,18 +137,18 @@ impl MonitorSession {
         self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
     }
 
-    /// Makes the port mark line errors, if the operating system supports it.
+    /// Makes the port mark line errors, if the operating system supports this.
     pub(super) fn mark_errors(&mut self, device: Device, has_parity: bool) {
         self.marking = Marking::begin(device);
         self.marks = self.marking.as_ref().map(|_| Marks::new(has_parity));
     }
 
-    /// Handles the loss of the port. No frame continues after it.
+    /// Handles the loss of the port. No frame continues after the loss.
     pub(super) fn lose_port(&mut self, at: Duration, why: &str) {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // Close the device, because as long as it is open, the operating system may give the returning port another
+        // Close the device. As long as the device is open, the operating system may give the returning port another
         // name.
         self.marking = None;
         self.is_gone = true;
@@ -169,7 +169,7 @@ impl MonitorSession {
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
         self.record_arrivals(&[]);
-        // Flush, so that other programs find everything in the file.
+        // Flush, so that other programs can read everything that was recorded so far.
         self.record(|recording| recording.file.flush());
     }
 

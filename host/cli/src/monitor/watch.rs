@@ -11,14 +11,14 @@ use framelock_receiving::{AnyLine, Piece, TrackedLine};
 
 use crate::frame_writer::{FrameWriter, Place};
 
-/// The time between samples, and the number of samples that are kept. They cover ten seconds.
+/// The time between samples, and the number of samples that are kept. The kept samples cover ten seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
 const SAMPLES: u16 = 100;
 
-/// The number of samples over which rates are computed. They cover two seconds.
+/// The number of samples over which rates are computed. These samples cover two seconds.
 const RATE_SAMPLES: usize = 20;
 
-/// The number of discarded bytes that are kept. Two rows of a terminal show fewer.
+/// The number of discarded bytes that are kept. Two rows of a terminal show fewer bytes than this.
 const DISCARDED_LENGTH: usize = 256;
 
 /// Whether the receiver is in step with the sender.
@@ -97,7 +97,7 @@ impl Watch {
         })
     }
 
-    /// Advances to `time`. Ignores a time before the last one.
+    /// Advances to `time`. Ignores a `time` that is earlier than the time reached so far.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let now = time.max(self.now.at);
         // After a long interruption, add no more samples than the history holds.

@@ -22,8 +22,8 @@ pub(super) fn lines<'a>(
     delimiter: u8,
     reads_times: bool,
 ) -> impl Iterator<Item = io::Result<NumberedFields<'a>>> {
-    // Only a line feed ends a line, and the last line gets one too, so that a row's line number follows from the
-    // reader's position.
+    // Only a line feed ends a line, and a line feed is added after the last line. A row's line number therefore follows
+    // from the reader's position.
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -111,7 +111,7 @@ fn fields<'a>(
     Some(header.iter().zip(record).try_for_each(set).map(|()| fields))
 }
 
-/// Returns a number if the text is one, otherwise the text. A comma may be the decimal point if commas do not
+/// If the text is a number, returns the number, otherwise the text. A comma may be the decimal point if commas do not
 /// separate values.
 fn inferred(text: &str, may_have_comma: bool) -> Value {
     if may_have_comma && text.contains(',') {

@@ -4,8 +4,8 @@ use std::num::NonZeroU32;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// Up to this lateness, the next frames are sent sooner to catch up. A greater lateness means that the process or the
-/// line was held up. Then all later deadlines are postponed, so that the motion does not rush.
+/// If a frame is late by at most this time, the next frames are sent sooner to catch up. If a frame is later than that,
+/// the process or the line was held up. All later deadlines are then postponed, so that the motion does not rush.
 pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// A number of frames per second.
@@ -52,7 +52,7 @@ pub(super) struct Pacer<C> {
     start: Duration,
     /// The largest lateness of a frame.
     pub(super) worst: Duration,
-    /// The number of times that all deadlines were postponed. `held_up` is the sum of these delays.
+    /// The number of times that all deadlines were postponed. `held_up` is the total time by which they were postponed.
     pub(super) hold_ups: u32,
     pub(super) held_up: Duration,
 }
@@ -114,7 +114,8 @@ impl Clock for RealClock {
         self.beginning.elapsed()
     }
 
-    /// Waits, but returns false at the first message. Later waits belong to the parking, and messages do not stop them.
+    /// Waits, but returns false as soon as the first message arrives. Later waits belong to the parking, and further
+    /// messages do not stop the parking.
     fn wait_until(&mut self, time: Duration) -> bool {
         let left = time.saturating_sub(self.now());
         if self.is_stopped {
@@ -130,7 +131,7 @@ impl Clock for RealClock {
 pub(super) mod tests {
     use super::*;
 
-    /// A clock whose lateness the test chooses, and that never really waits.
+    /// A clock that never really waits. The test chooses how late each wait ends.
     #[derive(Default)]
     pub(in super::super) struct TestClock {
         pub(in super::super) now: Duration,

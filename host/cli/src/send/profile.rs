@@ -39,8 +39,8 @@ impl Profile {
 
     /// Checks that the line is fast enough for the frames, at their times or, without times, at `rate`. If `is_held`,
     /// each frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
-    /// bytes. Several frames may be due at the same time, for example in a recording from a USB adapter, if the line
-    /// then catches up soon enough.
+    /// bytes. Several frames may be due at the same time, for example in a recording from a USB adapter. The check
+    /// accepts this if no frame would be more than [`MOST_MADE_UP`] late.
     pub(super) fn check_line_carries(
         &self,
         rate: Rate,
@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_held_frame_takes_the_time_of_all_its_repetitions() {
-        // A long frame is held for 50 ms in the first case, and for a second in the other. Then a short frame is held
-        // until 2 s have passed.
+        // A long frame is held for 50 ms in the first case, and for one second in the second case. Then a short frame
+        // is held until 2 s have passed.
         let frame = Protocol::named("ubx").unwrap();
         let time_of = |bytes: usize| Duration::from_millis(bytes as u64);
         for (until, is_carried) in [("0.05", true), ("1", false)] {
@@ -160,7 +160,7 @@ mod tests {
                 "00".repeat(40)
             );
             let profile = Profile::read(Input::new("moves", rows.as_bytes()), &frame).unwrap();
-            // On the line, the frames take 48 ms and 8 ms. A held frame is due every 10 ms.
+            // On the line, the long frame takes 48 ms and each short frame 8 ms. A held frame is due every 10 ms.
             let outcome = profile.check_line_carries(RATE, true, time_of);
             assert_eq!(outcome.is_ok(), is_carried, "{outcome:?}");
         }

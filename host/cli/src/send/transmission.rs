@@ -1,4 +1,4 @@
-//! Sends each frame when it is due, and parks after the last one.
+//! Sends each frame when it is due, and parks after the last frame.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -24,8 +24,8 @@ pub(super) struct Source {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parking {
     pub(super) at: Setpoint,
-    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has
-    /// that setpoint.
+    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has the park
+    /// setpoint.
     pub(super) seconds: f64,
     pub(super) rate: Rate,
 }

@@ -27,8 +27,8 @@ fn line(point: &Point) -> Value {
 fn result(point: &Point, receiver: &ReceiverTally) -> Value {
     let line = &point.tally.line;
     let gap = point.parameters.idle_gap;
-    // The error is in units of the setpoint. It is given for smooth motion only, because the failsafe's
-    // approach cannot follow any other payload.
+    // The error is in units of the setpoint. The error is given for smooth motion only, because the failsafe's approach
+    // cannot follow any other payload.
     let is_motion = point.parameters.payload == Payload::Motion;
     let rms = receiver.error_rms().filter(|_| is_motion);
     let error = rms.map(|rms| json!({ "largest": receiver.largest_error, "rms": rms }));
@@ -99,7 +99,7 @@ pub(super) fn write_json(
     writeln!(out)
 }
 
-/// The CSV columns after the parameters, and the path of each in the JSON of a row.
+/// The CSV columns after the parameters, and for each column the path of its value in the JSON of a row.
 const COLUMNS: &str = include_str!("tables/columns.txt");
 
 /// Writes a CSV row for each point and receiver, beginning with all parameters.
@@ -154,7 +154,8 @@ fn cell(row: &Value, place: &str) -> String {
     shown.unwrap_or_else(|| "-".to_owned())
 }
 
-/// Writes tables for people: a long table for one point, or a line for each receiver of several points.
+/// Writes tables for people. For one point, writes a long table. For several points, writes a line for each receiver of
+/// each point.
 pub(super) fn write_text(
     out: &mut impl Write,
     sweeps: &[Sweep],
@@ -182,8 +183,8 @@ pub(super) fn write_text(
     }
 }
 
-/// Writes a table. Each line of `table` consists of a name and a path. The written line has the name, and the value at
-/// the path in each row.
+/// Writes a table. Each line of `table` consists of a name and a path. The table shows the name, followed by the value
+/// that each row has at the path.
 fn write_table(
     out: &mut impl Write,
     table: &str,

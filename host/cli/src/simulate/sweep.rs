@@ -86,8 +86,8 @@ fn finite(text: &str) -> Result<f64> {
     }
 }
 
-/// Returns the parameters of every point. Two sweeps combine each value of the first with each value of
-/// the second.
+/// Returns the parameters of every point. If there are two sweeps, combines each value of the first sweep with each
+/// value of the second sweep.
 pub(super) fn points(base: Parameters, sweeps: &[Sweep]) -> Result<Vec<Parameters>> {
     let count = sweeps.len();
     ensure!(

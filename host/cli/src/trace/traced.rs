@@ -15,7 +15,7 @@ const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 /// The column of frames other than BIN.
 const OTHER_COLUMNS: &str = "    pending";
 
-/// The separator between events of the same byte. It begins a new row for each further event.
+/// The separator between events of the same byte. The separator begins a new row for each further event.
 const GOES_ON: &str = "\n                       ";
 
 /// The offset of pitch in a frame; roll and yaw follow.
@@ -118,8 +118,8 @@ impl Traced {
         )
     }
 
-    /// Appends a step as a JSON object. All frames have the same keys, and BIN has additional keys for the lecture's
-    /// columns.
+    /// Appends a step as a JSON object. The keys are the same for all formats, except that BIN has additional keys for
+    /// the lecture's columns.
     pub(super) fn json(&self, step: &Step, into: &mut Vec<u8>) -> Result<()> {
         let (offset, byte, after) = (step.offset, step.byte, step.after);
         let policy = self.policy;
@@ -329,7 +329,8 @@ mod tests {
                 }
             }
             assert!(frames > 0);
-            // The receiver may resynchronise at any of the five bytes after the failed AB.
+            // framelock's receiver may find a new start at any of the five bytes after the AB of a failed frame. The
+            // lecture's machine never does.
             let may_begin = |count: &i32| (*count > 0) == (policy == Policy::Framelock);
             assert!(starts[1..=5].iter().all(may_begin), "{starts:?}");
         }

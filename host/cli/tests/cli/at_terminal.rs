@@ -104,8 +104,8 @@ impl AtTerminal {
         (behind.to_owned(), code)
     }
 
-    /// Sends a signal to the program itself, not to `setsid`. A `setsid` that leads a process group forks, and the
-    /// program is then its child.
+    /// Sends a signal to the program itself, not to `setsid`. If `setsid` leads a process group, it forks, and the
+    /// program is then a child of `setsid`.
     pub(crate) fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let children = format!("/proc/{id}/task/{id}/children");

@@ -123,7 +123,7 @@ fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
             key => monitor.type_key(key),
         }
         let (behind, code) = monitor.end();
-        // The program prints the counters up to this moment.
+        // The program prints the counters when it ends.
         assert!(
             behind.contains("bytes 7, frames 1, bytes discarded 0"),
             "{behind}"

@@ -47,7 +47,7 @@ fn a_profile_arrives_unchanged_and_then_the_axes_park() {
     let rows = csv(&profile(), |_| String::new());
     let (setpoints, told) = sent(&["--profile=-", "--rate=2000"], &rows);
     assert_eq!(setpoints[..256], profile());
-    // Parking is a straight line of one second, then the park setpoint five times.
+    // Parking moves the axes in a straight line for one second, then sends the park setpoint five times.
     let park = &setpoints[256..];
     assert_eq!(park.len(), 2005);
     let approaches = |pair: &[[u8; 3]]| pair[0][0] >= pair[1][0] && pair[0][1] <= pair[1][1];

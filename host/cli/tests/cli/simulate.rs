@@ -63,7 +63,7 @@ fn json_holds_the_parameters_and_the_intervals() {
             ["low", "value", "high"].map(|name| delivered[name].as_f64().unwrap());
         assert!(low < value && value < high && value < 1.0, "{delivered}");
     }
-    // A single point has the same results as in the sweep.
+    // A single point has the results that the sweep shows for this point.
     let alone = json(&["--lose", "0.02", "--trials", "4", "--rate", "40"]);
     assert_eq!(alone["points"][0], points[1]);
 }

@@ -14,7 +14,7 @@ use crate::process::{complaint, described, run, shown};
 /// Byte sequences that a terminal acts on, some of them valid UTF-8 and some not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
 
-/// For each of these sequences, a part of the escaped text that outputs contain instead.
+/// For each sequence in [`HARMFUL`], a part of the escaped text that outputs contain instead of the sequence.
 const QUOTED: [&str; 6] = ["x1B[2J", "x07", "x7F", "x9B", "xAE", "x8F"];
 
 fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {

@@ -19,7 +19,7 @@ const GUIDES: [&str; 4] = [
     "docs/recordings.md",
 ];
 
-/// Commands in other pages that these tests do not run: their first words, and the reason.
+/// Commands that these tests do not run, in pages other than [`GUIDES`]: their first words, and the reason.
 const NOT_RUN: [(&str, &str); 7] = [
     (
         "cargo",
@@ -41,7 +41,7 @@ xxd() { cat; }
 less() { cat; }
 ";
 
-/// The ports in examples. Tests replace these ports by one that no computer has, so that no test moves a real board.
+/// The ports in examples. Tests replace these ports by a port that no computer has, so that no test moves a real board.
 const PORTS: [&str; 4] = [
     "/dev/ttyACM0",
     "/dev/ttyUSB0",
@@ -231,8 +231,8 @@ impl Folder {
 
     /// Returns the page with the current output of its commands, and the number of blocks and commands.
     ///
-    /// A `sh` block runs as a whole, and the `text` block that follows directly contains its output. In a `console`
-    /// block, a command follows each `$`, continues after `>`, and is followed by its output.
+    /// A `sh` block runs as a whole. If a `text` block follows directly, it contains the output of the `sh` block. In a
+    /// `console` block, a command follows each `$`, continues after `>`, and is followed by its output.
     fn print(&self, page: &str) -> (String, usize) {
         let mut lines = page.lines().peekable();
         let (mut printed, mut count) = (Vec::new(), 0);

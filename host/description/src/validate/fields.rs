@@ -13,7 +13,7 @@ use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
 use crate::value::{Decimal, Scale};
 
-/// The names of other columns, which no field may have.
+/// Names that no field may have, because other columns have them.
 const TAKEN: [&str; 3] = ["offset", "length", "time"];
 
 /// Checks that a name is valid for a column, and returns it.
@@ -157,7 +157,7 @@ pub(super) fn take_what_is_left(
     Ok(())
 }
 
-/// Returns the bits that are the same in every frame, and for each entry the index of its field.
+/// Returns the bits that are the same in every frame, and for each entry of this list the index of its field.
 pub(super) fn fixed_bits(fields: &[Field]) -> (Vec<FixedBits>, Vec<usize>) {
     let (mut fixed, mut owners) = (Vec::new(), Vec::new());
     for (number, field) in fields.iter().enumerate() {
@@ -180,8 +180,8 @@ pub(super) fn fixed_bits(fields: &[Field]) -> (Vec<FixedBits>, Vec<usize>) {
     (fixed, owners)
 }
 
-/// Checks that every part fits into a frame of `length` bytes and that no two overlap. `longest` is the length of the
-/// longest frame, which has every field.
+/// Checks that every part fits into a frame of `length` bytes and that no two parts overlap. `longest` is the length of
+/// the longest frame, which has every field.
 pub(super) fn check_positions(
     written: &FrameEntry,
     kind: &Kind,
@@ -191,7 +191,8 @@ pub(super) fn check_positions(
     let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
     // For each part: its position in the text, its name, and the indexes of its bits.
     let mut claims: Vec<(Range<usize>, &str, Vec<usize>)> = Vec::new();
-    // If the terminator has several alternatives, a field may share its bytes, and selects one of them.
+    // If the terminator has several alternatives, a field may share the terminator's bytes. The field then selects one
+    // of the alternatives.
     let terminator = written
         .terminator
         .as_ref()

@@ -1,6 +1,6 @@
-//! Checks of a description. Its receiver must deliver the described frames, whatever bytes surround the frames and
-//! however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with random
-//! descriptions and the fuzz target call these checks.
+//! Checks of a description. The description's receiver must deliver the described frames, whatever bytes surround the
+//! frames and however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with
+//! random descriptions and the fuzz target call these checks.
 
 use framelock::{BufferedReceiver, Classification, Format, Found, Frame, LineEvent};
 use framelock_description::Description;
@@ -11,11 +11,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, noisy, values, with_any_end};
 
-/// The longest frame that is checked, because the reference is slow with longer frames.
+/// The length of the longest frame that is checked. The reference is slow with longer frames.
 const LONGEST: usize = 300;
 
-/// Checks a text: either the parser must reject it with a position, or its frames must be delivered. Returns the number
-/// of delivered frames, or `None` if the text is rejected.
+/// Checks a text. The parser must reject the text with a position, or the receiver must deliver the described frames.
+/// Returns the number of delivered frames, or `None` if the text is rejected.
 pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     match Description::parse("any.toml", text) {
         Ok(description) if description.format().longest() <= LONGEST => {
@@ -74,8 +74,9 @@ fn one_by_one(events: &[Found<usize>]) -> Events {
     each.collect()
 }
 
-/// Asserts that the receiver has the same events as the reference, on a noisy stream with random cuts, and that it
-/// delivers each frame of a stream of only frames. Returns the number of these frames.
+/// Asserts that receiver and reference have the same events on a noisy stream with random cuts. Also asserts that the
+/// receiver delivers each frame of a stream that consists of frames only. Returns the number of frames in this second
+/// stream.
 pub(crate) fn agrees_with_the_reference(
     description: &Description,
     text: &str,

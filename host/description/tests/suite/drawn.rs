@@ -8,7 +8,8 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 
-/// Returns the value of a field that identifies the frames of a view; `None` if the field does not.
+/// Returns the value that a field has in every frame of a view; `None` if the field does not identify the view's
+/// frames.
 fn identifying(view: &Kind, name: &str) -> Option<Json> {
     let (from, bytes) = &view.sign;
     let mut frame = vec![0; view.layout.longest()];
@@ -77,8 +78,8 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 (*["", "00112233445566778899AABBCC"].choose(random).unwrap()).into()
             }
             (_, true) => {
-                // Draw short payloads, because some MAVLink messages allow only a few bytes. Also draw
-                // longer payloads, because no frame may be shorter than the layout allows.
+                // Draw short payloads, because some MAVLink messages allow only a few bytes. Also draw longer payloads,
+                // because some layouts allow only longer frames.
                 let long = kind.layout.shortest().max(21);
                 let rest = *[1, 2, 3, long].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);

@@ -84,7 +84,7 @@ fn steps(mut stream: &[u8], random: &mut ChaCha8Rng) -> Vec<Step> {
     steps
 }
 
-/// Returns the number of frames, and of the bytes that were discarded for each reason.
+/// Returns the number of frames, and for each reason the number of bytes that were discarded.
 fn agree(description: &Description, random: &mut ChaCha8Rng) -> [u32; 9] {
     let format = description.format();
     let frames = frames(description, random);
@@ -96,7 +96,7 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> [u32; 9] {
     let outcome = received(receiver.clone(), &steps, <[u8]>::to_vec);
     assert_eq!(outcome, expected, "{stream:02X?}");
 
-    // The counters must also agree if a line returns one outcome per call, and if it takes one byte per call.
+    // The counters must also agree if a line returns one outcome per call, and if a line takes one byte per call.
     let mut counted = [Line::new(receiver.clone()), Line::new(receiver)];
     for (bytes, is_silence) in &steps {
         let mut rest = bytes.as_slice();

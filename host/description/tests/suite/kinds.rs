@@ -1,4 +1,4 @@
-//! Kinds with the same header. They are tried in order until one fits.
+//! Kinds with the same header. The kinds are tried in order until one of them fits.
 
 use framelock::{BufferedReceiver, Format as _};
 use framelock_description::{Description, hex};

@@ -3,7 +3,7 @@
 use framelock::{Classification, Format as _};
 use framelock_description::{Description, hex, shipped};
 
-/// The last byte of `hdg` is zero, so the sender has left it out.
+/// The last byte of `hdg` is zero, so the sender has left this byte out.
 const GLOBAL_POSITION_INT: &str =
     "FD1B000000010121000088130000870EAF1C074EA10640EF070010270000CEFF14000300045A3F";
 const ATTITUDE: &str = "FD1000000001011E0000701700000000003F0000803E0000003E7B26";

@@ -114,7 +114,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
             .iter()
             .flat_map(|field| frames.iter().map(move |frame| (field, frame)))
         {
-            // Frames end before the field, with it, and after it.
+            // Some frames end before the field, some with the field, and some after the field.
             if let Some(needs) = kind.shortest_with(field) {
                 ends[match frame.len().cmp(&needs) {
                     Ordering::Less => 0,

@@ -2,8 +2,7 @@
 
 use super::*;
 
-/// Receives a line that consists of pieces: each is a level, and how long it lasts in the sender's
-/// bits.
+/// Receives a line that consists of pieces. Each piece is a level and its duration, in the sender's bits.
 fn heard(pieces: &[(bool, f64)], bit: f64, phase: u64) -> Vec<Heard> {
     let mut uart = Uart::default();
     let mut bits = 0.0;
@@ -79,8 +78,9 @@ fn beyond_five_per_cent_bytes_are_misread() {
     }
 }
 
-/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. So the receiver falls
-/// behind if a sender without pauses exceeds 160 / 154 of the receiver's speed, which is 3.9 % too fast.
+/// The receiver decides the stop bit at the 154th tick of a character, and looks for the next start bit only then. So
+/// the receiver falls behind if a sender without pauses exceeds 160 / 154 of the receiver's speed, which is 3.9 % too
+/// fast.
 #[test]
 fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
     let pieces = character(0x0F).repeat(100);
@@ -167,8 +167,8 @@ fn low_for_longer_than_a_character_is_a_break() {
         else {
             panic!("{bits}: {all:?}");
         };
-        // The start bit is at the 16th tick. The stop bit is decided 153 ticks later, the break 161
-        // ticks later.
+        // The start bit begins at tick 16. The stop bit is decided 153 ticks after tick 16, and the break is reported
+        // 161 ticks after tick 16.
         assert_eq!((at / TICK, break_at / TICK), (16 + 153, 16 + 161));
     }
 }

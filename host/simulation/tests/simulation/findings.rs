@@ -7,8 +7,8 @@ use framelock_simulation::{
 
 use super::{is_plausible, receiver, simulated, trials};
 
-/// Returns whether the mean is within six standard errors of the expected value. Half of the
-/// interval is 1.96 standard errors.
+/// Returns whether the mean is within six standard errors of the expected value. Half the width of the mean's
+/// confidence interval is 1.96 standard errors.
 fn is_about(mean: Mean, expected: f64) -> bool {
     (mean.value - expected).abs() <= (mean.high - mean.value) * 6.0 / 1.96
 }
@@ -77,8 +77,8 @@ fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
     }
 }
 
-/// Finding 3: the number of intact frames lost per lost byte with uniform random payloads. The
-/// lecture's machine loses 0.715, framelock's receiver 0.000001.
+/// Finding 3: with uniform random payloads, the lecture's machine loses 0.715 intact frames per lost byte, and
+/// framelock's receiver loses 0.000001.
 #[test]
 fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     let trials = trials(10_000, 100_000);
@@ -95,9 +95,9 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
-/// Finding 3 with repeated payloads of bytes from 40 to 43, in runs of 40 frames. Some trials never
-/// recover, so the loss depends on how many frames follow the lost byte. If 18 frames follow it, 3.3
-/// frames are lost on average.
+/// Tests finding 3 with repeated payloads of bytes from 0x40 to 0x43, in trials of 40 frames. In some trials the
+/// lecture's machine never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow
+/// the lost byte, 3.3 frames are lost on average.
 #[test]
 fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
@@ -123,9 +123,8 @@ fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
 
 const RUN: u32 = 40;
 
-/// Returns the exact mean number of frames that the lecture's machine loses. Calculates it with the
-/// naive reference, over all 256 payloads of bytes from 40 to 43, and all seven positions of the
-/// lost byte.
+/// Returns the exact mean number of frames that the lecture's machine loses. Calculates the mean with the naive
+/// reference, over all 256 payloads of bytes from 0x40 to 0x43, and all seven positions of the lost byte.
 fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     let mut lost = 0;
     let mut cases = 0;

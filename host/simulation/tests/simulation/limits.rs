@@ -57,8 +57,8 @@ fn on_a_line_without_faults_nothing_is_lost() {
     }
 }
 
-/// If the clocks differ by more, no frame arrives. The limit for a fast sender is lower than the limit
-/// for a slow one. The UART's own tests explain the difference.
+/// If the clocks differ by more than four to five per cent, no frame arrives. The limit for a fast sender is lower than
+/// the limit for a slow one. The UART's own tests explain the difference.
 #[test]
 fn clocks_may_differ_by_four_to_five_per_cent() {
     for (baud_error, is_delivered) in [
@@ -147,8 +147,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
         assert_eq!(line.frames_sent, 1_800);
         assert_eq!(line.bytes_sent, 1_800 * length);
         assert!(line.frames_intact < line.frames_sent, "{parameters:?}");
-        // Each fault whose rate is not 0 happens. If bytes are duplicated, more bytes arrive than were
-        // sent, unless others are lost.
+        // Each fault whose rate is not 0 happens. If bytes are duplicated, more bytes arrive than were sent, unless
+        // other bytes are lost.
         let more = line.bytes_delivered.saturating_sub(line.bytes_sent);
         for (rate, count) in [
             (parameters.lose, line.bytes_lost),
@@ -188,8 +188,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
     assert!(outcomes.iter().all(|count| *count > 0), "{outcomes:?}");
 }
 
-/// Framelock's receiver delivers every frame that arrives intact, unless a false frame was
-/// delivered that ends inside this frame. Each false frame ends inside at most one intact frame.
+/// Framelock's receiver delivers every frame that arrives intact, unless a false frame ends inside the intact frame.
+/// Each false frame ends inside at most one intact frame.
 #[test]
 fn the_receiver_loses_an_intact_frame_only_to_a_false_one() {
     for parameters in lines() {
@@ -217,7 +217,8 @@ fn results_depend_on_the_seed_but_not_on_the_order_of_trials() {
     assert_ne!(other, forwards);
 }
 
-/// Returns the demand and the receiver's output at each comparison in trial `number`.
+/// For each comparison in trial `number`, returns the setpoint sent last and the failsafe's output after framelock's
+/// receiver without an idle-gap rule.
 fn looks(parameters: &Parameters, number: u64) -> (Vec<(Setpoint, Output<u8, 3>)>, Tally) {
     let trial = run(parameters, number, true).unwrap();
     let looks = trial
@@ -277,7 +278,7 @@ fn a_burst_drives_the_output_to_park_and_back() {
     };
     assert_eq!(framelock.engagements, 1);
     assert_eq!(framelock.never_back, 0);
-    // The burst of 1.5 s, plus at most one frame before and one after the burst.
+    // The silence lasts for the burst of 1.5 s, plus at most one frame period before and one after the burst.
     assert!(
         (1_500_000..1_545_000).contains(&framelock.longest_silence),
         "{}",
@@ -286,9 +287,9 @@ fn a_burst_drives_the_output_to_park_and_back() {
     assert!(tally.line.framing_errors > 100);
 }
 
-/// A receiver that learns of line errors drops the current frame; a receiver that does not learn of
-/// them continues it. With reports, the lecture's machine therefore loses an intact frame only if
-/// the first bytes that the UART reads out of step look like the start of a frame.
+/// A receiver that gets reports of line errors drops the current frame at an error. A receiver without such reports
+/// continues the frame. With reports, the lecture's machine therefore loses an intact frame only if the UART gets out
+/// of step, and the first bytes that it then reads look like the start of a frame.
 #[test]
 fn a_reported_error_drops_the_frame_under_way() {
     let parameters = Parameters {

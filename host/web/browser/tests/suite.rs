@@ -78,8 +78,8 @@ fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
     serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
 }
 
-/// Returns the command line's value of `--frame` for the frames in the page's address. The user's
-/// own frames are described in a file.
+/// Returns the value for the command line's option `--frame` that selects the frames in the page's
+/// address. The user's own frames are described in a file.
 fn described(state: &Value) -> String {
     let address = state["address"].as_str().expect("an address");
     let mut pairs = address.split('&');
@@ -259,7 +259,7 @@ fn the_keyboard_is_enough() {
         page.press("Enter");
         page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
         let mut is = page.state();
-        // Do not compare the addresses, because the new one contains both edits.
+        // Do not compare the addresses, because the new address contains both edits.
         is["address"] = was["address"].clone();
         assert_eq!(is, was);
     }
@@ -267,7 +267,8 @@ fn the_keyboard_is_enough() {
 
 #[test]
 fn a_recording_of_ten_megabytes_is_decoded_with_visible_progress() {
-    // Frames with all values. One byte of each 1000 is lost, at a position that moves.
+    // Frames with all values. In each block of 1000 bytes, one byte is lost. Its position in the
+    // block advances from block to block.
     let frame = |n: u32| {
         let [pitch, roll, yaw, _] = n.wrapping_mul(0x9E37_79B1).to_le_bytes();
         [0x41, 0x42, 0x00, pitch, roll, yaw, 0x0D]

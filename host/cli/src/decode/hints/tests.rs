@@ -20,7 +20,7 @@ use super::*;
 use crate::decode::{Decoder, OutputFormat, decode, lock};
 use crate::input::Input;
 
-/// Returns the hint for a whole stream, and the number of its bytes that are in frames.
+/// Returns the hint for a whole stream, and the number of the stream's bytes that are in frames.
 fn hint(frame: &str, stream: &[u8]) -> (Option<String>, u64) {
     let protocol = Protocol::named(frame).unwrap();
     let decoder = Decoder::new(&protocol, Policy::Framelock, OutputFormat::Csv, Vec::new());

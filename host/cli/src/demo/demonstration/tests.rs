@@ -154,8 +154,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
             let bytes = 7 * commits(report) + tally.bytes_discarded + pending as u64;
             assert_eq!(line.bytes_delivered, bytes, "{arguments:?}");
         }
-        // A frame that arrives whole is committed, unless a wrong commit ends inside it. Each wrong commit ends inside
-        // at most one whole frame.
+        // A frame that arrives whole is committed, unless a wrongly committed frame ends inside it. Each wrongly
+        // committed frame ends inside at most one whole frame.
         let [_, framelock] = reports(&demonstration);
         assert!(framelock.tally.lost_intact <= framelock.wrong);
         assert!(commits(&framelock) >= line.frames_intact, "{arguments:?}");
@@ -199,7 +199,8 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         let [lecture, framelock] = reports(&demonstration);
         assert_eq!(commits(&lecture), heard[0], "seed {seed}");
         assert_eq!(lecture.output.phase, Phase::Parked);
-        // The machine has been deaf since the frame after the broken one. That frame was due at 2.1 s.
+        // The machine has been deaf since the frame after the broken frame. The frame after the broken frame was due at
+        // 2.1 s.
         assert_eq!(lecture.deaf, Some(Duration::from_millis(5_850)));
         assert_eq!(lecture.longest_deafness, Duration::from_millis(5_850));
         assert_eq!(commits(&framelock), heard[1] + sent, "seed {seed}");
@@ -253,7 +254,8 @@ fn a_fault_is_shown_from_the_first_byte_of_its_frame() {
     };
     demonstration.advance_to(Duration::from_secs(1));
     assert_eq!(faults(&demonstration), 0);
-    // The close-up shows the byte that is lost while the seat stands still, and later one that is lost while it moves.
+    // At 3 s, the close-up shows the byte that is lost while the seat stands still. At 10 s, the close-up shows a byte
+    // that is lost or changed while the seat moves.
     for seconds in [3, 10] {
         demonstration.advance_to(Duration::from_secs(seconds));
         assert_eq!(faults(&demonstration), 1);

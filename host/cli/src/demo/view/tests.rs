@@ -12,7 +12,8 @@ use ratatui::backend::TestBackend;
 use super::super::demonstration::tests::DEFAULT;
 use super::*;
 
-/// The beginning of the status row. The blanks distinguish it from a row of the story with the same words.
+/// The beginning of the status row. The blanks distinguish the status row from a row of the story that contains these
+/// words.
 const LECTURE: &str = "the lecture's machine  ";
 
 fn demonstration(milliseconds: u64) -> Demonstration {

@@ -133,7 +133,8 @@ fn marks_are_line_errors_and_not_data() {
     let directory = tempfile::tempdir().unwrap();
     let mut session = session(directory.path(), true);
     session.press('r');
-    // The bytes are a frame with FF doubled, cut within a mark, then a byte with an error, then a break.
+    // The bytes are a frame in which FF is doubled, then a byte with an error, then a break. The bytes arrive in two
+    // pieces, which are cut within the doubled FF.
     session.receive(ms(1), b"AB\0\xFF\xFF\xFF");
     session.receive(ms(2), b"\xFF\0\rAB\0\xFF\0?\x10\xFF\0\0");
     session.receive(ms(3), FRAME);

@@ -67,7 +67,7 @@ fn the_lock_is_found_lost_and_silent() {
     for (at, bytes, lock) in [
         (10, &b"AB\0"[..], Lock::Searching),
         (11, b"\x01\x02\x03\r", Lock::Locked),
-        // A byte that may become part of a frame is not a loss. A byte that cannot is a loss.
+        // A pending byte is not a loss. A byte that can no longer become part of a frame is a loss.
         (30, b"AB\0\x01", Lock::Locked),
         (31, b"\x02\x03?", Lock::Searching),
         (50, FRAME, Lock::Locked),

@@ -26,14 +26,15 @@ const PARKING: Parking = Parking {
     rate: RATE,
 };
 
-/// The pitches while parking from pitch 9: first those on the way, then the park position.
+/// The pitches while parking from pitch 9: first the pitches on the way, then the pitch of the park position.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
 fn named(name: &str) -> Protocol {
     Protocol::named(name).unwrap()
 }
 
-/// Returns a source of ten frames with the pitches 0 to 9. Frames for whose pitch `silent` returns true are not sent.
+/// Returns a source of ten frames with the pitches 0 to 9. If `silent` returns true for a pitch, the frame with this
+/// pitch is not sent.
 fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     let frame = named(name);
     let mut numbers = 0..10;
@@ -46,7 +47,7 @@ fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     }
 }
 
-/// Returns the pitch of every frame that the receiver delivers, and checks that it discards nothing.
+/// Returns the pitch of every frame that the receiver delivers, and checks that the receiver discards nothing.
 fn pitches(
     receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
     bytes: &[u8],
