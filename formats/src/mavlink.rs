@@ -78,9 +78,9 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 /// header announces it.
 ///
 /// A value of this type contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`]
-/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. Their CRC
-/// cannot be checked, because it covers an extra byte that is computed from the message's definition. Frames with
-/// incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
+/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. The CRC
+/// of such a frame cannot be checked, because the CRC covers an extra byte that is computed from the message's
+/// definition. Frames with incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
