@@ -58,7 +58,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Crsf;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
 
 /// The contents of a CRSF frame.

@@ -38,7 +38,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ibus;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Ibus, [u8; 64]>;
 
 impl Format for Ibus {

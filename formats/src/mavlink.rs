@@ -110,10 +110,10 @@ pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 
-/// A receiver of MAVLink 1 with a buffer of twice the longest frame.
+/// A receiver of MAVLink 1 whose buffer is twice as long as the longest frame.
 pub type Receiver1 = framelock::BufferedReceiver<Mavlink1<'static>, [u8; 526]>;
 
-/// A receiver of MAVLink 2 with a buffer of twice the longest frame.
+/// A receiver of MAVLink 2 whose buffer is twice as long as the longest frame.
 pub type Receiver2 = framelock::BufferedReceiver<Mavlink2<'static>, [u8; 560]>;
 
 /// The contents of a MAVLink frame.

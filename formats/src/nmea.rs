@@ -52,7 +52,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Nmea;
 
-/// A receiver with a buffer of twice the longest frame: 1 030 bytes.
+/// A receiver whose buffer is twice as long as the longest frame: 1 030 bytes.
 pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 1030]>;
 
 impl Format for Nmea {

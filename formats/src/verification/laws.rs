@@ -41,7 +41,7 @@ pub(super) fn assert_lawful(
     );
 }
 
-/// Returns two arbitrary numbers of bytes in ascending order. Neither is greater than `most` or `longest`.
+/// Returns two arbitrary numbers of bytes in ascending order. Both numbers are at most `most`, and at most `longest`.
 pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     let most = most.min(longest);
     let some = kani::any_where(|&some| 1 <= some && some <= most);

@@ -238,7 +238,7 @@ fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
     }
 }
 
-/// If several layouts reject the bytes, the reason comes from the layout that found its error latest in the frame.
+/// If several layouts reject the bytes, the reason comes from the layout that found an error latest in the frame.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     let layout = |sync| {

@@ -368,13 +368,13 @@ const fn is_at(bits: FixedBits, length: usize, at: usize) -> bool {
     }
 }
 
-/// Encodes `value` as this number, and returns the byte with index `byte`, in the order of the frame.
+/// Encodes `value` as the frame encodes this number, and returns the byte with index `byte` of the result.
 const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     let [lowest, ..] = value.wrapping_shr(shift_of(number, byte)).to_le_bytes();
     lowest
 }
 
-/// Returns how many bits of the number lie below its byte with index `byte`, in the order of the frame.
+/// Returns by how many bits to shift the number to get the byte with index `byte` of its encoding.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,
