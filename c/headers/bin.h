@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define BIN_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define BIN_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef BIN_H
 #define BIN_H
 
@@ -84,7 +84,7 @@ typedef struct {
     bool is_lost; /* bytes were discarded since the last frame */
 } bin_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 BIN_FUNCTION void bin_init(bin_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
@@ -123,8 +123,8 @@ static inline bool bin_starts(uint8_t byte)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline bin_outcome bin_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -235,7 +235,7 @@ BIN_FUNCTION bool bin_push(bin_receiver *receiver, uint8_t byte, bin_message *me
     receiver->counters.bytes++;
     receiver->held[receiver->count] = byte;
     receiver->count++;
-    /* Discard bytes up to the first one that can begin a frame. */
+    /* Discard bytes until the remaining bytes can begin a frame. */
     while (start < receiver->count) {
         outcome = bin_classify(&receiver->held[start], (uint8_t)(receiver->count - start), 0U, &number);
         if (outcome >= BIN_FRAME) {

@@ -174,7 +174,7 @@ static inline bool failsafe_is_at(const failsafe *self, const failsafe_demand *p
     return true;
 }
 
-/* Moves the axes as they move up to the time `now`. Returns the phase at that time. */
+/* Moves the axes to their positions at the time `now`. Returns the phase at that time. */
 static inline failsafe_phase failsafe_pass(failsafe *self, uint32_t now)
 {
     const uint32_t hold_after = self->parameters.hold_after;

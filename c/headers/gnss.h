@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + gnss_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define GNSS_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define GNSS_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef GNSS_H
 #define GNSS_H
 
@@ -78,7 +78,7 @@ typedef struct {
     uint32_t events[GNSS_EVENTS]; /* line events */
 } gnss_counters;
 
-/* The values of a frame of ubx. Pointers are valid until the next call for the receiver. */
+/* The values of a frame of ubx. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 2: u8. */
     uint8_t class_;
@@ -89,7 +89,7 @@ typedef struct {
     uint16_t payload_length;
 } gnss_ubx_message;
 
-/* The values of a frame of nmea. Pointers are valid until the next call for the receiver. */
+/* The values of a frame of nmea. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 0: text. */
     uint8_t start[1];
@@ -98,7 +98,7 @@ typedef struct {
     uint16_t sentence_length;
 } gnss_nmea_message;
 
-/* The values of a frame of rtcm. Pointers are valid until the next call for the receiver. */
+/* The values of a frame of rtcm. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 3: bytes. */
     const uint8_t *payload;
@@ -132,14 +132,15 @@ typedef struct {
     uint8_t buffer[GNSS_ROOM];
 } gnss_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -234,7 +235,7 @@ static inline uint32_t gnss_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void gnss_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -293,8 +294,8 @@ static inline uint16_t gnss_ubx_checksum(const uint8_t *bytes, uint16_t count)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -411,8 +412,8 @@ static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -491,8 +492,8 @@ static inline uint32_t gnss_rtcm_checksum(const uint8_t *bytes, uint16_t count)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;

@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_any_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define IBUS_ANY_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define IBUS_ANY_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef IBUS_ANY_H
 #define IBUS_ANY_H
 
@@ -94,14 +94,15 @@ typedef struct {
     uint8_t buffer[IBUS_ANY_ROOM];
 } ibus_any_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, ibus_any_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -156,7 +157,7 @@ static inline uint16_t ibus_any_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void ibus_any_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -188,8 +189,8 @@ static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;

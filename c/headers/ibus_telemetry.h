@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_telemetry_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define IBUS_TELEMETRY_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define IBUS_TELEMETRY_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef IBUS_TELEMETRY_H
 #define IBUS_TELEMETRY_H
 
@@ -74,7 +74,7 @@ typedef struct {
     uint32_t events[IBUS_TELEMETRY_EVENTS]; /* line events */
 } ibus_telemetry_counters;
 
-/* The values of a frame. Pointers are valid until the next call for the receiver. */
+/* The values of a frame. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 1: u8, mask 0xF. */
     bool has_address;
@@ -98,14 +98,15 @@ typedef struct {
     uint8_t buffer[IBUS_TELEMETRY_ROOM];
 } ibus_telemetry_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_init(ibus_telemetry_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiver, uint8_t byte, ibus_telemetry_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -160,7 +161,7 @@ static inline uint16_t ibus_telemetry_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void ibus_telemetry_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -191,8 +192,8 @@ static inline uint16_t ibus_telemetry_checksum(const uint8_t *bytes, uint8_t cou
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline ibus_telemetry_outcome ibus_telemetry_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t field;

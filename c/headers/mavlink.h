@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define MAVLINK_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define MAVLINK_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef MAVLINK_H
 #define MAVLINK_H
 
@@ -76,7 +76,7 @@ typedef struct {
     uint32_t events[MAVLINK_EVENTS]; /* line events */
 } mavlink_counters;
 
-/* The values of a frame of mavlink2. Pointers are valid until the next call for the receiver. */
+/* The values of a frame of mavlink2. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 3: u8. */
     uint8_t compatible_flags;
@@ -96,7 +96,7 @@ typedef struct {
     uint8_t signature[13];
 } mavlink_mavlink2_message;
 
-/* The values of a frame of mavlink1. Pointers are valid until the next call for the receiver. */
+/* The values of a frame of mavlink1. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 2: u8. */
     uint8_t sequence;
@@ -136,14 +136,15 @@ typedef struct {
     uint8_t buffer[MAVLINK_ROOM];
 } mavlink_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -232,7 +233,7 @@ static inline uint32_t mavlink_le24(const uint8_t *bytes)
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void mavlink_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -243,7 +244,7 @@ static inline void mavlink_put_le(uint8_t *bytes, uint8_t count, uint32_t number
     }
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void mavlink_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -371,8 +372,8 @@ static inline uint8_t mavlink_mavlink2_extra(uint16_t message)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline mavlink_outcome mavlink_mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -533,8 +534,8 @@ static inline uint8_t mavlink_mavlink1_extra(uint16_t message)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline mavlink_outcome mavlink_mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;

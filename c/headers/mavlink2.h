@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink2_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define MAVLINK2_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define MAVLINK2_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef MAVLINK2_H
 #define MAVLINK2_H
 
@@ -76,7 +76,7 @@ typedef struct {
     uint32_t events[MAVLINK2_EVENTS]; /* line events */
 } mavlink2_counters;
 
-/* The values of a frame. Pointers are valid until the next call for the receiver. */
+/* The values of a frame. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 3: u8. */
     uint8_t compatible_flags;
@@ -106,14 +106,15 @@ typedef struct {
     uint8_t buffer[MAVLINK2_ROOM];
 } mavlink2_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, mavlink2_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -202,7 +203,7 @@ static inline uint32_t mavlink2_le24(const uint8_t *bytes)
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -213,7 +214,7 @@ static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t numbe
     }
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void mavlink2_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -341,8 +342,8 @@ static inline uint8_t mavlink2_extra(uint16_t message)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;

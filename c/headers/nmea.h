@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + nmea_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define NMEA_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define NMEA_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef NMEA_H
 #define NMEA_H
 
@@ -76,7 +76,7 @@ typedef struct {
     uint32_t events[NMEA_EVENTS]; /* line events */
 } nmea_counters;
 
-/* The values of a frame. Pointers are valid until the next call for the receiver. */
+/* The values of a frame. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 0: text. */
     uint8_t start[1];
@@ -95,14 +95,15 @@ typedef struct {
     uint8_t buffer[NMEA_ROOM];
 } nmea_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -165,7 +166,7 @@ static inline bool nmea_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void nmea_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -282,8 +283,8 @@ static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;

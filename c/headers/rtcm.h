@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + rtcm_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define RTCM_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define RTCM_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef RTCM_H
 #define RTCM_H
 
@@ -75,7 +75,7 @@ typedef struct {
     uint32_t events[RTCM_EVENTS]; /* line events */
 } rtcm_counters;
 
-/* The values of a frame. Pointers are valid until the next call for the receiver. */
+/* The values of a frame. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 3: bytes. */
     const uint8_t *payload;
@@ -92,14 +92,15 @@ typedef struct {
     uint8_t buffer[RTCM_ROOM];
 } rtcm_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 RTCM_FUNCTION void rtcm_init(rtcm_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -174,7 +175,7 @@ static inline uint32_t rtcm_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void rtcm_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -213,8 +214,8 @@ static inline uint32_t rtcm_checksum(const uint8_t *bytes, uint16_t count)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;

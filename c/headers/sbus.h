@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + sbus_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define SBUS_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define SBUS_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef SBUS_H
 #define SBUS_H
 
@@ -78,13 +78,13 @@ typedef struct {
 typedef struct {
     /* At 1, bit 0: 11 bits. */
     uint16_t channel[16];
-    /* At 23, bit 0: 1 bits. */
+    /* At 23, bit 0: 1 bit. */
     uint8_t channel17;
-    /* At 23, bit 1: 1 bits. */
+    /* At 23, bit 1: 1 bit. */
     uint8_t channel18;
-    /* At 23, bit 2: 1 bits. */
+    /* At 23, bit 2: 1 bit. */
     uint8_t frame_lost;
-    /* At 23, bit 3: 1 bits. */
+    /* At 23, bit 3: 1 bit. */
     uint8_t failsafe;
     /* At 24: u8. */
     uint8_t end;
@@ -100,14 +100,15 @@ typedef struct {
     uint8_t buffer[SBUS_ROOM];
 } sbus_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 SBUS_FUNCTION void sbus_init(sbus_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -170,8 +171,8 @@ static inline uint32_t sbus_bits(const uint8_t *bytes, uint16_t first, uint8_t w
     return bits & (UINT32_MAX >> (32U - width));
 }
 
-/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. The bits
- * there must be 0. */
+/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. Bits that
+ * are already 1 stay 1. */
 static inline void sbus_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -192,8 +193,8 @@ static inline bool sbus_starts(uint8_t byte)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline sbus_outcome sbus_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;

@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + six_axes_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define SIX_AXES_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define SIX_AXES_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef SIX_AXES_H
 #define SIX_AXES_H
 
@@ -80,7 +80,7 @@ typedef struct {
     bool is_lost; /* bytes were discarded since the last frame */
 } six_axes_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 SIX_AXES_FUNCTION void six_axes_init(six_axes_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
@@ -135,7 +135,7 @@ static inline uint16_t six_axes_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void six_axes_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -153,8 +153,8 @@ static inline bool six_axes_starts(uint8_t byte)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline six_axes_outcome six_axes_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -262,7 +262,7 @@ SIX_AXES_FUNCTION bool six_axes_push(six_axes_receiver *receiver, uint8_t byte, 
     receiver->counters.bytes++;
     receiver->held[receiver->count] = byte;
     receiver->count++;
-    /* Discard bytes up to the first one that can begin a frame. */
+    /* Discard bytes until the remaining bytes can begin a frame. */
     while (start < receiver->count) {
         outcome = six_axes_classify(&receiver->held[start], (uint8_t)(receiver->count - start), 0U, &number);
         if (outcome >= SIX_AXES_FRAME) {

@@ -14,9 +14,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ubx_pending(&receiver).
  *
- * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
- * them, define UBX_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header.
- * Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
+ * several source files need the functions, define UBX_DEFINITIONS as 1 in one of these files, and as 0 in the
+ * others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef UBX_H
 #define UBX_H
 
@@ -76,7 +76,7 @@ typedef struct {
     uint32_t events[UBX_EVENTS]; /* line events */
 } ubx_counters;
 
-/* The values of a frame. Pointers are valid until the next call for the receiver. */
+/* The values of a frame. Pointers are valid until the next call with this receiver. */
 typedef struct {
     /* At 2: u8. */
     uint8_t class_;
@@ -97,14 +97,15 @@ typedef struct {
     uint8_t buffer[UBX_ROOM];
 } ubx_receiver;
 
-/* Initialises a receiver. All its counters become 0. */
+/* Initialises a receiver, and sets all its counters to 0. */
 UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 
 /* Returns the number of pending bytes, which may still become part of a frame. */
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
 /* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start a complete frame may stay pending until later calls catch up. */
+ * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+ * about the bytes before it. */
 UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -159,7 +160,7 @@ static inline uint16_t ubx_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void ubx_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -192,8 +193,8 @@ static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
- * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
- * `*number` to the number of bytes that the next decision needs. */
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If the bytes are incomplete,
+ * sets `*number` to the number of bytes that the next decision needs. */
 static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;

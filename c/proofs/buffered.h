@@ -11,7 +11,7 @@
  *   MOST           the greatest number of bytes to classify
  *   TURNS          more iterations than any loop performs for these bytes
  *
- * If it also defines these macros, there is a proof about the header's `encode`:
+ * If the file also defines the following macros, there is a proof about the header's `encode`:
  *
  *   POINT          statements that point the message's pointers to at most PAYLOAD bytes
  *   SPACE          the number of bytes for a frame
@@ -38,7 +38,8 @@ PROOF(classify, TURNS)
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
 
     ASSERT(outcome <= XX(INCOMPLETE) && outcome != XX(LINE_EVENT));
-    /* A frame has at most `count` bytes. An incomplete frame needs more, but not more than the longest frame has. */
+    /* A frame has at most `count` bytes. An incomplete frame needs more than `count` bytes, but at most as many bytes
+     * as the longest frame has. */
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));

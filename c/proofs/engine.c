@@ -229,7 +229,7 @@ PROOF(line_event, TURNS)
 }
 
 /* Functions for the harnesses in Rust. The C receiver performs its step first. Then the Rust receiver performs the same
- * step. It must ask the classifier the same questions, and gets the same answers. */
+ * step. The Rust receiver must ask the classifier the same questions as the C receiver, and gets the same answers. */
 
 static uint8_t asked_in_rust;
 

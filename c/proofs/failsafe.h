@@ -38,7 +38,7 @@ static void start(void)
     ASSUME(invariant());
 }
 
-/* Returns whether a position lies between two others, or equals one of them. */
+/* Returns whether a position lies between two other positions, or equals one of these two. */
 static bool is_between(failsafe_demand position, failsafe_demand one, failsafe_demand other)
 {
     return (one <= position && position <= other) || (other <= position && position <= one);

@@ -124,7 +124,7 @@ pub(crate) fn beside(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Asserts that two texts are the same. If they differ, shows the first different line.
+/// Asserts that two texts are the same. If the texts differ, shows the first different line.
 pub(crate) fn assert_same(found: &str, expected: &str) {
     for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
         assert_eq!(found, expected, "line {number}");

@@ -1,5 +1,5 @@
-//! Tests that a generated C receiver and the Rust receiver deliver the same frames on the same faulty streams, and that
-//! their counters and pending bytes are the same after each step.
+//! Tests that a generated C receiver and the Rust receiver deliver the same frames on the same faulty streams. After
+//! each step, both receivers must have the same counters and the same pending bytes.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -162,7 +162,8 @@ impl Case {
         &self.steps
     }
 
-    /// Asserts that frames, line events and discarded bytes occur. Without them, the comparison would prove nothing.
+    /// Asserts that frames, line events and discarded bytes occur. Without all three, the comparison would prove
+    /// nothing.
     fn demand_that_all_happened(&self, reference: &Reference) {
         let (name, counters) = (&self.name, reference.counters());
         assert!(
@@ -230,7 +231,8 @@ struct Reference {
     /// For each reason, the number of bytes that the buffered receiver discarded at line events. A receiver with a
     /// window counts all these bytes as `LINE_EVENT`.
     at_events: [u32; 8],
-    /// The Rust receiver with a window. It takes the same bytes if the format is BIN.
+    /// The Rust receiver with a window. If the format is BIN, this receiver takes the same bytes as the buffered
+    /// receiver.
     bin: Option<Line<Receiver<Bin>>>,
 }
 
@@ -244,7 +246,7 @@ impl Reference {
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
-            // Without a sync and a checksum, each terminator ends a frame, so no byte is discarded.
+            // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
             can_fail: layouts.any(|it| it.sync().length > 0 || it.checksum().is_some()),
             at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
@@ -375,7 +377,8 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
 
 /// Returns random steps with at least `bytes` bytes. The bytes are frames, broken frames, false starts and noise, which
 /// arrive one by one or in slices. Some steps are line events and polls. In a long stream, polls occur, and slices of
-/// each length up to 16, or up to the longest frame if it is shorter.
+/// every length up to 16 bytes. If the longest drawn frame is shorter than that, slices of every length up to this
+/// frame's length occur.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<u8> {
     let mut pool = Vec::new();
     for _ in 0..30 {

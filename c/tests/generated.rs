@@ -155,8 +155,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
     let idle = framelock::LineEvent::Idle;
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
-    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts
-    // without a sync and a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
+    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
+    // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
     let layout = description.kinds[0].layout;
     let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
     assert!(
@@ -375,7 +375,7 @@ fn hex(text: &mut String, bytes: &[u8]) {
     text.push('\n');
 }
 
-/// A function that checks that values are not encoded if no frame can contain them: a channel of twelve bits, a payload
+/// A function that checks that `encode` fails for values that no frame can contain: a channel of twelve bits, a payload
 /// that is too long, an address that does not exist.
 const IMPOSSIBLE: &str = "
 static void impossible(void)

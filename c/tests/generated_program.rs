@@ -78,7 +78,7 @@ fn input() -> Vec<u8> {
     input
 }
 
-/// Checks that values are not encoded if no frame can contain them: a channel of twelve bits, a payload that is too
+/// Checks that `encode` fails for values that no frame can contain: a channel of twelve bits, a payload that is too
 /// long, an address that does not exist.
 fn impossible() {
     let mut made = [0; 100];

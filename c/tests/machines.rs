@@ -1,5 +1,5 @@
-//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares their digests with those of
-//! the Rust receivers, and measures sizes and cycles.
+//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares the digests of these
+//! receivers with those of the Rust receivers, and measures sizes and cycles.
 
 use std::fmt::Write as _;
 use std::fs;

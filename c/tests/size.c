@@ -1,5 +1,5 @@
 /* Calls all functions of a receiver, or only `init` and `push`, so that a test can measure their code. The variable for
- * the receiver is only declared here. `receiver_size` states its size. */
+ * the receiver is only declared here. `receiver_size` states the size of a receiver. */
 #include "receiver.h"
 
 extern F(receiver) receiver;
@@ -56,5 +56,5 @@ size_t encode(uint8_t *frame, size_t room)
 }
 #endif
 
-/* An array as large as the receiver, in a section of its own, whose size the test reads. */
+/* An array as large as the receiver, in a section of its own. The test reads this section's size. */
 __attribute__((section(".size"))) const uint8_t receiver_size[sizeof(F(receiver))] = {0U};

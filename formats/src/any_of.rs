@@ -10,7 +10,7 @@ use crate::layout::{Algorithm, Layout};
 /// Frames of several layouts on one line, for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
 /// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
-/// not reject the bytes decides whether they are a frame or are incomplete. So several layouts may have the same
+/// not reject the bytes decides whether the bytes are a frame or are incomplete. So several layouts may have the same
 /// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
 /// become a frame of an earlier layout, so put layouts with shorter frames first.
 ///
@@ -76,7 +76,8 @@ impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
 
 impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     /// The length of the longest frame is known only at run time, so construct the receiver
-    /// [`with_buffer`](framelock::BufferedReceiver::with_buffer), and give it a buffer that fits the layouts.
+    /// [`with_buffer`](framelock::BufferedReceiver::with_buffer), and give the receiver a buffer that holds the longest
+    /// frame of all layouts.
     const LONGEST: usize = usize::MAX;
     /// The index of the frame's layout, and the bytes of the frame.
     type Message<'a> = (usize, &'a [u8]);
@@ -123,8 +124,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // One of the layouts has found the first `seen` bytes incomplete. It must have been this layout if every other
-        // layout rejects the first byte.
+        // One of the layouts has classified the first `seen` bytes as incomplete. If every other layout rejects the
+        // first byte, this layout did.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -141,8 +142,8 @@ pub(crate) fn first<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may classify the frame's bytes as incomplete. Such a layout rejected the stream only after more
-/// bytes had arrived.
+/// An earlier layout may classify the frame's bytes as incomplete, because it rejected the stream only when the bytes
+/// after the frame arrived. This function skips such a layout.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

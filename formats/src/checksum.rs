@@ -146,8 +146,8 @@ fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
     })
 }
 
-/// Computes the Fletcher checksum. Its lowest eight bits are the sum of the bytes. The eight bits above are the sum of
-/// the first sum's values after each byte.
+/// Computes the Fletcher checksum. The lowest eight bits of the result are the sum of the bytes. After each byte, this
+/// sum is added to a second sum, in the next eight bits.
 #[inline(never)]
 fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
     // The sums use full registers, because the upper bits never affect the low bytes.

@@ -214,7 +214,7 @@ impl Layout<'_> {
         let others = self.other_terminators.iter().map(|it| it.len());
         let width = others.fold(self.terminator.length.max(1), usize::max);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
-        // Bytes that arrived before the header was complete have not been searched for a terminator.
+        // The search for a terminator has not yet covered the bytes that arrived before the header was complete.
         let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1));
         let from = from.max(self.sync.length);

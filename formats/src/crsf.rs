@@ -40,9 +40,9 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// 60 bytes of payload, and a CRC-8 of type and payload. The line runs at 416 666 or 400 000 baud.
 ///
 /// A frame begins with the serial sync byte C8 or with the [`address`] of a device. This format accepts the bytes
-/// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each further byte
-/// would cause more false starts. To accept other bytes, define a format of your own that uses [`LAYOUT`] with another
-/// `sync`.
+/// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each additional
+/// accepted byte would cause more false starts. To accept other bytes, define a format of your own that uses [`LAYOUT`]
+/// with another `sync`.
 ///
 /// The CRC detects every burst of up to 8 wrong bits in the type, the payload and the CRC. One in 256 random frames
 /// passes undetected.
@@ -58,7 +58,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Crsf;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
 
 /// The contents of a CRSF frame.

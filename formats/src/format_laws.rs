@@ -5,7 +5,7 @@ use core::fmt;
 
 use framelock::{Classification, DiscardReason, Encode, Format};
 
-/// A law of [`Format`] that a format breaks, and the bytes that show it.
+/// A law of [`Format`] that a format breaks, and the bytes that show the violation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct BrokenLaw {
@@ -52,7 +52,7 @@ impl fmt::Display for BrokenLaw {
 impl core::error::Error for BrokenLaw {}
 
 /// Checks that a format of your own keeps the laws of [`Format`]. Classifies `stream` from each position on. Then
-/// changes each single byte to each other value, and classifies the changed stream in the same way.
+/// changes one byte at a time to every other value, and classifies each changed stream from each position on.
 ///
 /// Pass whole frames, including the longest and the shortest, followed by a few more bytes. Also pass streams that
 /// `proptest` or a fuzzer generates. This function is a test, not a proof: bytes that it does not try may still break a
@@ -60,12 +60,12 @@ impl core::error::Error for BrokenLaw {}
 ///
 /// If the longest frame has up to 64 bytes, the function classifies every prefix of the bytes. If the longest frame has
 /// more bytes, the function classifies only some prefixes: those near the changed byte, those near the length that the
-/// format asked for, every sixteenth prefix, and the longest prefix. It also tries fewer changes: if the bytes before a
-/// byte already have a final classification, it changes this byte to only sixteen values. A frame of 300 bytes takes
-/// seconds, even without optimisation.
+/// format asked for, every sixteenth prefix, and the longest prefix. In this case it also tries fewer changes: if the
+/// bytes before a byte already have a final classification, it changes this byte to only sixteen values. A frame of 300
+/// bytes takes seconds, even without optimisation.
 ///
 /// # Errors
-/// Returns the first law that is broken, and the bytes that show it.
+/// Returns the first law that is broken, and the bytes that show the violation.
 ///
 /// # Examples
 /// This format classifies two bytes as a frame, but changes its answer when a third byte arrives. This breaks law 2:
@@ -229,11 +229,11 @@ impl Said {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {
-    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has a different byte at this index.
+    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has another byte at this index than the encoded frame.
     Shape(usize),
-    /// [`CHECK`](framelock::FixedFormat::CHECK) rejects the frame.
+    /// [`CHECK`](framelock::FixedFormat::CHECK) rejects the encoded frame.
     Check,
-    /// [`decode`](framelock::FixedFormat::decode) returns a different message.
+    /// [`decode`](framelock::FixedFormat::decode) returns another message than the one that was encoded.
     Decode,
 }
 

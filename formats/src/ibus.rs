@@ -16,8 +16,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 ///
 /// The message contains the values of eighteen channels as they were sent. A value is a pulse length of 1000 to 2000
 /// µs, with 1500 µs in the middle. Channels 1 to 14 are the lower twelve bits of the fourteen numbers. Channels 15 to
-/// 18 use the upper four bits of the first twelve numbers, three numbers for each channel. Channels that the radio does
-/// not send are 0.
+/// 18 use the upper four bits of the first twelve numbers, three numbers for each channel. If the radio does not send a
+/// channel, the channel is 0.
 ///
 /// The sum detects any single wrong byte, but not swapped bytes.
 ///
@@ -38,7 +38,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ibus;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Ibus, [u8; 64]>;
 
 impl Format for Ibus {

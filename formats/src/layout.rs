@@ -137,7 +137,7 @@ impl<'a> Layout<'a> {
         check::without_trailer(self)
     }
 
-    /// Returns the bits that are the same in every frame, except the sync and the terminator.
+    /// Returns the fixed bits: the bits outside the sync and the terminator that are the same in every frame.
     #[inline]
     #[must_use]
     pub const fn fixed(&self) -> &'a [FixedBits] {

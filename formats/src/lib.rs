@@ -75,7 +75,7 @@
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All of them except `SixAxes` are [`Format`](framelock::Format)s for a
+//! All formats in the table except `SixAxes` are [`Format`](framelock::Format)s for a
 //! [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
 //! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
 //! [`Receiver`](framelock::Receiver).

@@ -78,9 +78,9 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 /// header announces it.
 ///
 /// A value of this type contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`]
-/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. Their CRC
-/// cannot be checked, because it covers an extra byte that is computed from the message's definition. Frames with
-/// incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
+/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. The CRC
+/// of such a frame cannot be checked, because the CRC covers an extra byte that is computed from the message's
+/// definition. Frames with incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
@@ -110,10 +110,10 @@ pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 
-/// A receiver of MAVLink 1 with a buffer of twice the longest frame.
+/// A receiver of MAVLink 1 whose buffer is twice as long as the longest frame.
 pub type Receiver1 = framelock::BufferedReceiver<Mavlink1<'static>, [u8; 526]>;
 
-/// A receiver of MAVLink 2 with a buffer of twice the longest frame.
+/// A receiver of MAVLink 2 whose buffer is twice as long as the longest frame.
 pub type Receiver2 = framelock::BufferedReceiver<Mavlink2<'static>, [u8; 560]>;
 
 /// The contents of a MAVLink frame.

@@ -42,7 +42,7 @@ pub const SIX_AXES: Layout<'static> = Layout::builder()
 /// [`Receiver`](framelock::Receiver), which delivers each frame with the frame's last byte.
 ///
 /// There is no checksum. Only the first two and the last two bytes are checked, and the bytes of an axis may equal
-/// them. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).
+/// these four bytes. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).
 ///
 /// Source: there is no standard. Motion software can be configured to send this frame for six axes of 16 bits.
 ///

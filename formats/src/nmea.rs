@@ -25,8 +25,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .build_const();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two hexadecimal
-/// digits, and CR LF. LF alone and CR CR LF are accepted too, because logs contain them. The line runs at 4 800 baud,
-/// unless the satellite receiver is configured otherwise.
+/// digits, and CR LF. LF alone and CR CR LF are accepted too, because both line ends occur in logs. The line runs at 4
+/// 800 baud, unless the satellite receiver is configured otherwise.
 ///
 /// Sentences without a checksum are rejected. The standard allows sentences of up to 82 bytes. Satellite receivers send
 /// longer sentences, such as PUBX,03 with 424 bytes, so sentences of up to 512 bytes are accepted. A sentence consists
@@ -52,7 +52,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Nmea;
 
-/// A receiver with a buffer of twice the longest frame: 1 030 bytes.
+/// A receiver whose buffer is twice as long as the longest frame: 1 030 bytes.
 pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 1030]>;
 
 impl Format for Nmea {

@@ -51,7 +51,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Rtcm;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 
 /// The contents of an RTCM 3 frame.

@@ -41,7 +41,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Sbus;
 
-/// A receiver with a buffer of twice the longest frame.
+/// A receiver whose buffer is twice as long as the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Sbus, [u8; 50]>;
 
 /// The contents of an SBUS frame.

@@ -7,10 +7,9 @@ use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
-    /// bytes as they are. If the layout has several syncs or terminators, writes the first, unless the bytes already
-    /// have one of them.
-    /// If the frame has a trailer, set the bits that announce the trailer before you call this function, and append the
-    /// trailer after the call.
+    /// bytes as they are. If the layout has several syncs or several terminators, writes the first sync and the first
+    /// terminator, unless the bytes already have a valid one. If the frame has a trailer, set the bits that announce
+    /// the trailer before you call this function, and append the trailer after the call.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.
@@ -57,7 +56,7 @@ impl Patterns<'_> {
             return;
         };
         if !self.are(place) {
-            // In proofs about arbitrary layouts the two lengths may differ.
+            // In proofs about arbitrary layouts, `first` and `place` may have different lengths.
             fill(place, first.iter().copied());
         }
     }

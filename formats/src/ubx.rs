@@ -28,8 +28,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 ///
 /// `LONGEST` is the length in bytes of the longest frame, which is eight more than the length of its payload. Headers
 /// that state a longer frame are rejected. Choose `LONGEST` for the messages that you enable: 100 for NAV-PVT, 2 072
-/// for RXM-RAWX with 64 measurements. `LONGEST` determines the size of the buffer, and the longest delay of a frame
-/// after a false start. The protocol allows 65 543.
+/// for RXM-RAWX with 64 measurements. `LONGEST` determines the size of the buffer, and how long a false start can delay
+/// the next frame. The protocol allows frames of up to 65 543 bytes.
 ///
 /// The checksum detects each single wrong byte. One in 65 536 random frames passes undetected.
 ///

@@ -1,6 +1,6 @@
 //! Proves theorem 13g: every layout keeps the laws of [`Format`], alone and together with other layouts. Other
-//! harnesses prove that these functions do not panic for any bytes: the functions that classify, check and write
-//! frames, and the functions that decode the frames of the shipped formats.
+//! harnesses prove that the following functions never panic, whatever the bytes are: the functions that classify, check
+//! and write frames, and the functions that decode the frames of the shipped formats.
 //!
 //! Each harness for the laws classifies two prefixes of arbitrary bytes: the first `some` bytes, and the first `more`
 //! bytes. An arbitrary function decides whether a frame's checksum is correct, so the laws hold with every checksum.

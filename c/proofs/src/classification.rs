@@ -20,7 +20,7 @@ struct IbusAny;
 #[derive(Clone, Copy)]
 struct IbusTelemetry;
 
-/// Returns the checksum of all iBUS frames.
+/// Returns the checksum rule that iBUS frames of every length share.
 const fn ibus_checksum() -> Checksum<'static> {
     Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum)
 }

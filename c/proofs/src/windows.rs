@@ -1,9 +1,10 @@
 //! Proves that receivers of fixed-length frames do the same in C and in Rust. From any pair of related states, a byte
-//! and a line event lead to the same message, counters, pending bytes, and state.
+//! and a line event each have the same results in both languages: the message, the counters and the pending bytes. The
+//! next states are related too.
 //!
 //! For six axes, the proofs cover only up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust
-//! receiver rejects the frame immediately. The C receiver rejects it one byte later, as a `BufferedReceiver` with the
-//! same layout does.
+//! receiver rejects the frame immediately. The C receiver rejects the frame one byte later, as a `BufferedReceiver`
+//! with the same layout does.
 
 use core::ops::Range;
 

@@ -10,8 +10,8 @@ use crate::streams::{Protocol, Stream};
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// The number of delivered frames that did not arrive whole or were never sent. Such frames are damaged frames
-    /// whose check is correct, and frames inside the payloads of other frames.
+    /// The number of delivered frames that did not arrive whole or were never sent. Such a frame is a damaged frame
+    /// whose check is correct, or a frame inside another frame's payload.
     pub(crate) false_frames: usize,
     /// The greatest number of bytes that arrive between the last byte of a frame and the frame's delivery.
     pub(crate) latest: usize,
@@ -41,7 +41,7 @@ impl Answer {
 }
 
 /// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split.
-/// Also panics if framelock loses a whole frame, unless a delivered false frame shares bytes with it.
+/// Also panics if framelock loses a whole frame, unless a delivered false frame shares bytes with the lost frame.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;

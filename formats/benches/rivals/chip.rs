@@ -1,5 +1,5 @@
 //! Measures the receivers on the emulated Cortex-M4: how much each receiver adds to the size of a program, and how many
-//! cycles it takes for a byte.
+//! cycles the receiver takes for a byte.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -42,7 +42,8 @@ const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::messag
 /// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
 
-/// A receiver's figures on the chip. The figures of the same program without a receiver are subtracted.
+/// A receiver's figures on the chip: the figures of a program with this receiver, minus the figures of the same program
+/// without a receiver.
 pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
     pub(crate) contender: &'static str,
@@ -113,8 +114,8 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// The cost of all bytes except the skipped bytes. Each byte is passed in a call of its own. Its cost is counted
-    /// from the first instruction of the called function to the return.
+    /// The cost of all bytes except the skipped bytes. Each byte is passed in a call of its own. The byte's cost is
+    /// counted from the first instruction of the called function to the return.
     pub(crate) all: Cost,
     /// The number of cycles that the most expensive byte takes.
     pub(crate) costliest: u64,

@@ -60,7 +60,7 @@ pub(crate) struct Delivered {
     pub(crate) taken: usize,
 }
 
-/// A contender as a trait object, so that one list holds all of them.
+/// A contender as a trait object, so that one list holds all contenders.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
     /// Returns the frames that the contender finds in a stream.
@@ -72,8 +72,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// Creates the entry of another crate. `key` extracts the key from a message, as the protocol's `key` does from a
-    /// frame.
+    /// Creates the entry of another crate. `key` extracts from one of the crate's messages the same key that the
+    /// protocol's `key` extracts from the frame.
     pub(crate) fn rival<C: Contender + 'static>(
         name: &'static str,
         new: impl Fn() -> C + Copy + 'static,
@@ -100,7 +100,8 @@ impl Entry {
         }
     }
 
-    /// Creates the entry of framelock's receiver with this format. `N` is twice the longest frame.
+    /// Creates the entry of framelock's receiver with this format. `N`, the size of the buffer in bytes, is twice the
+    /// length of the longest frame.
     pub(crate) fn ours<const N: usize, F: Format + 'static>(
         name: &'static str,
         format: F,

@@ -18,16 +18,16 @@ One command writes this page. It takes a minute or two, and needs valgrind:
 cargo bench -p framelock-rivals -- --costs docs/costs.md
 ```
 
-Every receiver gets the bytes one by one, as from an interrupt. *framelock* is the receiver's `push`, with the buffer of
-its examples, which is twice as long as the longest frame. *`Line`* is the same receiver in a `Line`, which counts the
-outcome of each byte. The other crates are used as [their documentation shows](rivals.md).
+Every receiver gets the bytes one by one, as from an interrupt. *framelock* is the receiver's `push`. As in framelock's
+examples, the receiver's buffer is twice as long as the longest frame. *`Line`* is the same receiver in a `Line`, which
+counts the outcome of each byte. The other crates are used as [their documentation shows](rivals.md).
 
 * **Clean**: frames back to back, as in [rivals.md](rivals.md).
 * **Noise**: random bytes, with all 256 values equally likely.
 * **Worst**: the stream that is the most expensive for this receiver: clean, noise, or one of a few hostile streams. A
-  hostile stream consists of false starts, one after another, that claim long frames. When all bytes that a false start
-  claims have arrived, the receiver checks these bytes and rejects them. The hostile streams are listed below. No sender
-  sends such a stream by accident.
+  hostile stream consists of false starts, one after another, that claim long frames. The receiver waits for the end of
+  the claimed frame, checks the bytes, and rejects them. The hostile streams are listed below. No sender sends such a
+  stream by accident.
 
 The UBX format accepts frames of at most 106 bytes here. The MAVLink format knows the messages that are sent, and one
 message with a payload of 255 bytes.
@@ -38,8 +38,8 @@ const CHIP: &str = "
 
 The table shows instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles
 include no wait states of the flash, so a real chip is slower. The programs are built like the firmware: for size, with
-link-time optimisation. Each byte is passed in a call of its own. Its cost is counted from the first instruction of
-the called function to the return. *One byte* is the number of cycles for the most expensive single byte of all these
+link-time optimisation. Each byte is passed in a call of its own. The byte's cost is counted from the first instruction
+of the called function to the return. *One byte* is the number of cycles for the most expensive single byte of all these
 streams. An interrupt handler must have time for that many cycles.
 
 | | | clean | | noise | | worst | | one byte |
@@ -131,8 +131,8 @@ fn checks(text: &mut String) -> fmt::Result {
     )
 }
 
-/// Returns the cost of the first stream, which is clean, the cost of the second stream, which is noise, and the highest
-/// cost of all streams.
+/// Returns three costs: that of the clean stream, that of the noise, and the highest cost of all streams. The clean
+/// stream comes first in the list, and the noise second.
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]

@@ -17,8 +17,8 @@ use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
 /// The number of bytes in a stream of noise and in a hostile stream.
 pub(crate) const BYTES: usize = 6_000;
-/// The number of bytes at the beginning of a hostile stream that are not counted. The very first bytes of a stream cost
-/// little, because a receiver decides nothing until the first false frame ends.
+/// How many bytes at the beginning of a hostile stream are not counted. The very first bytes of a stream cost little,
+/// because a receiver decides nothing until the first false frame ends.
 pub(crate) const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
@@ -56,8 +56,8 @@ impl Case {
         }
     }
 
-    /// Returns the clean stream, the noise, and the hostile streams. Each stream comes with the number of bytes at its
-    /// beginning whose cost is not counted.
+    /// Returns the clean stream, the noise, and the hostile streams. Each entry also states how many bytes at the
+    /// beginning of the stream are not counted.
     pub(crate) fn streams(&self) -> impl Iterator<Item = (&[u8], usize)> {
         let hostile = self.hostile.iter().map(|(_, bytes)| (&bytes[..], SKIPPED));
         [(&self.clean[..], 0), (&self.noise[..], 0)]

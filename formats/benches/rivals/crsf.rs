@@ -79,9 +79,10 @@ fn inside(frame: &[u8]) -> Vec<u8> {
     frame[2..frame.len() - 1].to_vec()
 }
 
-/// The crate `crsf`. It does not check raw packets, so the adapter decodes each packet. Packets of kinds that the crate
-/// does not know count as delivered. The crate panics on a packet of channels or link statistics that is too short.
-/// After a lost byte, such a packet may arrive with a correct check, so the adapter does not decode it.
+/// The crate `crsf`. It does not check raw packets, so the adapter decodes each packet. If the crate does not know the
+/// kind of a packet, the packet counts as delivered. The crate panics on a packet of channels or link statistics that
+/// is too short. After a lost byte, such a packet may arrive with a correct check, so the adapter does not decode
+/// packets that are too short.
 struct CrsfCrate(PacketParser<64>);
 
 impl Default for CrsfCrate {

@@ -3,7 +3,7 @@
 //! `cargo bench -p framelock-rivals -- --write docs/rivals.md` runs the comparison and writes the tables. `-- --costs
 //! docs/costs.md` only counts the cost of a byte. `-- --figures formats/FIGURES.txt` compares the formats' costs on the
 //! chip with that file. Without an argument, the benchmark prints the comparison and the costs. `cargo test` runs the
-//! benchmark without `--bench`. Then the streams are short, every answer is checked, and nothing is timed.
+//! benchmark without `--bench`. In this case the streams are short, every answer is checked, and nothing is timed.
 
 #![allow(
     clippy::indexing_slicing,

@@ -35,7 +35,7 @@ const MESSAGES: [(u8, u8, u8); 8] = [
     (253, 83, 54),
 ];
 
-/// The longest message of `common.xml`, ENCAPSULATED_DATA. It is known to the receivers, but not sent.
+/// The longest message of `common.xml`, ENCAPSULATED_DATA. The receivers know this message, but no stream contains it.
 pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
 /// The sent messages and the longest message, in ascending order of their numbers.
@@ -64,7 +64,7 @@ pub(crate) struct Tabled;
 
 const LAYOUT: Layout = mavlink::layout_v2(DIALECT);
 
-/// The checksum of MAVLink 2 without a table, and with one.
+/// The checksum of MAVLink 2 without a table, and with a table.
 pub(crate) const CHECKS: [Algorithm; 2] = {
     let Some(Checksum {
         algorithm: Algorithm::Crc(crc),

@@ -59,7 +59,7 @@ impl Fault {
 /// A protocol's frames.
 pub(crate) struct Protocol {
     pub(crate) name: &'static str,
-    /// The bytes of which the payloads in the sync-dense stream consist: bytes that begin frames, and short lengths.
+    /// The bytes that occur in the payloads of the sync-dense stream: bytes that begin frames, and short lengths.
     pub(crate) sync_dense: &'static [u8],
     /// The index of the length byte, or of the second byte if the protocol has no length byte.
     pub(crate) length_at: usize,
@@ -67,8 +67,8 @@ pub(crate) struct Protocol {
     pub(crate) longest: usize,
     /// Makes a frame.
     pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
-    /// Extracts from a frame the key that identifies it in the comparison. The key is a part of the frame that every
-    /// receiver returns to its user.
+    /// Extracts from a frame the key that identifies this frame in the comparison. The key is a part of the frame that
+    /// every receiver returns to its user.
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
 }
 
@@ -85,8 +85,8 @@ impl Payload {
         kinds[self.random.random_range(0..kinds.len())]
     }
 
-    /// Returns `length` bytes of payload. The frame's number comes first and makes the payload unique. Random bytes
-    /// follow, which are drawn from the bytes that the stream's payloads may contain.
+    /// Returns `length` bytes of payload. The frame's number comes first and makes the payload unique. The other bytes
+    /// are drawn at random from the bytes that this stream's payloads may contain.
     pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
         let mut payload = self.number.to_be_bytes().to_vec();
         while payload.len() < length {

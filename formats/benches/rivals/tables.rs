@@ -24,19 +24,19 @@ lines also fail in other ways. No crate gets line events. With line events, fram
 pending bytes as soon as the line falls silent.
 
 * **Each crate is used as its documentation shows**, and in the way in which it performs best. `ublox` and
-  `mavlink-core` know the same messages as framelock, and do not decode the payloads. Packets of kinds that `crsf` does
-  not know count as delivered. `crsf` panics on packets of channels or link statistics that are too short, so these
-  packets are not decoded. `parse_rc_ibus` does not find frames. It gets 32 bytes that a textbook state machine finds.
-  framelock decodes the frames of its own formats.
-* **The streams** have the same frames and the same faults for each crate of a protocol. *1 % lost*: each byte is lost
-  with this probability. *0.1 % flips*: each byte gets one inverted bit with this probability. *Bursts*: one byte in a
-  thousand begins a burst, in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads consist of
-  bytes that begin frames and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in ten lacks its
-  length byte, or its second byte if the protocol has no length byte.
+  `mavlink-core` know the same messages as framelock, and do not decode the payloads. If `crsf` does not know the kind
+  of a packet, the packet counts as delivered. `crsf` panics on packets of channels or link statistics that are too
+  short, so these packets are not decoded. `parse_rc_ibus` does not find frames. It gets 32 bytes that a textbook state
+  machine finds. framelock decodes the frames of its own formats.
+* **The streams** are the same for all crates of a protocol: the same frames, with the same faults. *1 % lost*: each
+  byte is lost with this probability. *0.1 % flips*: each byte gets one inverted bit with this probability. *Bursts*:
+  one byte in a thousand begins a burst, in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads
+  consist of bytes that begin frames and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in
+  ten lacks its length byte, or its second byte if the protocol has no length byte.
 * **Lost** frames arrive whole and are not delivered. **False** frames are delivered, but were not sent or did not
-  arrive whole. They are damaged frames whose check is correct, and frames inside the payloads of other frames. Each
-  crate gets the streams twice: byte by byte, and in chunks of 64 bytes. If the results differ, the tables show both.
-  `crsf` and `sbus` need single bytes.
+  arrive whole. A false frame is a damaged frame whose check is correct, or a frame inside another frame's payload. Each
+  crate gets the streams twice: byte by byte, and in chunks of 64 bytes. If the two results differ, the tables show both
+  results. `crsf` and `sbus` need single bytes.
 * **Every answer is confirmed.** framelock delivers the same frames as the
   [naive reference](../proofs/src/reference.rs), byte by byte and in chunks. Each frame that framelock loses overlaps a
   false frame. No receiver can recognise this false frame, because its check is correct. The answers of the other crates
@@ -44,7 +44,7 @@ pending bytes as soon as the line falls silent.
 * **Latest** is the greatest number of bytes between a frame's last byte and its delivery, if the receiver gets the
   stream byte by byte. After a false start, framelock waits for the end of the false frame, as `uf-crsf`, `ublox` and
   `mavlink-core` do.
-* **Megabytes per second** are measured in many passes, in which the crates took turns. Only the fastest pass of each
+* **Megabytes per second** are measured in many passes, in which the crates take turns. Only the fastest pass of each
   crate counts. Compare the figures only within a column, because they differ from machine to machine.
 ";
 
@@ -54,18 +54,18 @@ const CHIP: &str = "
 The figures are for a clean stream of 200 frames, byte by byte, in the [emulator](../tools/emulator/README.md). The
 emulator's cycles include no wait states of the flash. The programs are built like the firmware: for size, with
 link-time optimisation.
-*Code* and *constants* are the bytes that the receiver adds to a program that does nothing with the stream. They do not
-include `memcpy` and similar functions, or the MAVLink dialect, which the user chooses. *State* is RAM without the
-stack. All of these crates build for the chip without `std`. *Can panic* says whether the program contains a function
-of `core::panicking`.
+*Code* and *constants* are the bytes that the receiver adds to a program that does nothing with the stream. These
+figures do not include `memcpy` and similar functions, or the MAVLink dialect, which the user chooses. *State* is RAM
+without the stack. All of these crates build for the chip without `std`. *Can panic* says whether the program contains a
+function of `core::panicking`.
 
 For a clean stream, framelock takes the fewest cycles in each protocol. On noise or on hostile streams, four crates take
-[fewer cycles per byte](costs.md) than framelock. `parse_rc_ibus` with the textbook state machine never searches bytes
-again. It drops all bytes of an invalid frame. So it also loses whole frames that began among these bytes, as its row of
-lost frames shows. It decodes fourteen of the eighteen channels. `sbus` and `uf-sbus` take at most half as many cycles
-as framelock in the worst hostile stream, because framelock classifies the remaining bytes again after each false start.
-framelock makes at most one classification per received byte, so hostile streams cost less than with `sbus-rs`. The code
-of `sbus-rs` is three times as large as framelock's.
+[fewer cycles per byte](costs.md) than framelock. The textbook state machine for `parse_rc_ibus` drops all bytes of an
+invalid frame, and never searches these bytes again. So it also loses whole frames that began among these bytes, as the
+row of lost frames shows. `parse_rc_ibus` decodes fourteen of the eighteen channels. `sbus` and `uf-sbus` take at most
+half as many cycles as framelock in the worst hostile stream, because framelock classifies the remaining bytes again
+after each false start. framelock makes at most one classification per received byte, so it takes fewer cycles in the
+worst hostile stream than `sbus-rs`. The code of `sbus-rs` is three times as large as the code of framelock.
 
 | protocol | | code | constants | state | cycles a frame | can panic |
 | --- | --- | ---: | ---: | ---: | ---: | --- |
@@ -142,7 +142,7 @@ fn protocol(text: &mut String, played: &Match) -> fmt::Result {
     Ok(())
 }
 
-/// Writes a line for each rival. It lists the figures in which the rival is at least as good as framelock.
+/// Writes a line for each rival. The line lists the figures in which the rival is at least as good as framelock.
 fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Result {
     let (ours, rivals): (Vec<&Row>, Vec<&Row>) = played
         .rows

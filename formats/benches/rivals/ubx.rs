@@ -10,8 +10,8 @@ use crate::streams::{Payload, Protocol};
 /// The length of the longest payload in the streams, which is that of NAV-PVT.
 const MOST: usize = 92;
 /// The length of the longest frame that the receivers accept. Its payload has 0x62 bytes, and 0x62 is also a sync
-/// byte. So the length byte of one false start can be a sync byte of another, and false starts are as dense as
-/// possible.
+/// byte. So the length byte of one false start can be a sync byte of another false start, and false starts are as dense
+/// as possible.
 pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {
@@ -60,8 +60,9 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// A protocol version for `ublox` that states the longest payload and does not decode messages. With its own versions,
-/// the crate would also decode messages, and would wait for the end of false frames of over a thousand bytes.
+/// A protocol version for `ublox` that states the longest payload and does not decode messages. With the crate's own
+/// protocol versions, the crate would also decode messages, and would wait for the end of false frames of over a
+/// thousand bytes.
 struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {

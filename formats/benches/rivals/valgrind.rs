@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 
 use crate::costs::Case;
 
-/// The argument with which the benchmark runs under valgrind. Then the benchmark runs only the receivers whose
-/// instructions are counted.
+/// The argument with which the benchmark starts itself under valgrind. With this argument, the benchmark runs only the
+/// receivers whose instructions are counted.
 pub(crate) const ARGUMENT: &str = "--under-valgrind";
 
 /// Runs a receiver. Callgrind counts only the instructions from the call of this function to its return.

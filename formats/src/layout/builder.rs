@@ -62,16 +62,16 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the part that determines the length of a frame. Without it, each frame has [`longest`](Self::longest)
-    /// bytes.
+    /// Sets the part that determines the length of a frame. Without this part, each frame has
+    /// [`longest`](Self::longest) bytes.
     #[inline]
     pub const fn length(mut self, length: Length) -> Self {
         self.0.length = length;
         self
     }
 
-    /// Sets the number of bytes in the shortest frame. Without it, or with 0, a frame may be as short as its parts
-    /// allow.
+    /// Sets the number of bytes in the shortest frame. If the number is not set, or is 0, a frame may be as short as
+    /// its parts allow.
     #[inline]
     pub const fn shortest(mut self, bytes: usize) -> Self {
         self.0.shortest = bytes;
@@ -79,14 +79,14 @@ impl<'a> LayoutBuilder<'a> {
     }
 
     /// Sets the number of bytes in the longest frame, including its trailer. This number determines the size of the
-    /// buffer, and the longest delay of a frame after a false start.
+    /// buffer, and how long a false start can delay the next frame.
     #[inline]
     pub const fn longest(mut self, bytes: usize) -> Self {
         self.0.longest = bytes;
         self
     }
 
-    /// Sets the bits that are the same in every frame, except the sync and the terminator.
+    /// Sets the fixed bits: the bits outside the sync and the terminator that are the same in every frame.
     #[inline]
     pub const fn fixed(mut self, fixed: &'a [FixedBits]) -> Self {
         self.0.fixed = fixed;

@@ -6,7 +6,8 @@
 pub struct Checksum<'a> {
     /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
-    /// The number of bytes in the frame that hold the checksum, 1 to 4. They hold the lowest bytes of a longer sum.
+    /// The number of bytes in the frame that hold the checksum, 1 to 4. If the sum is longer, these bytes hold its
+    /// lowest bytes.
     pub bytes: usize,
     /// The encoding of the checksum in the frame.
     pub encoding: Encoding,
@@ -117,8 +118,8 @@ pub enum Algorithm<'a> {
     NegatedSum,
     /// The exclusive or of the bytes.
     Xor,
-    /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. The high byte is the sum of the
-    /// low byte's values after each byte.
+    /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. After each byte, the new low byte
+    /// is added to the high byte.
     Fletcher,
 }
 

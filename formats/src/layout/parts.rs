@@ -211,8 +211,8 @@ impl<'a> Messages<'a> {
 pub struct KnownMessage {
     /// The message's number.
     pub number: u32,
-    /// The greatest value that the length field may have, without the bits that its mask excludes. In MAVLink this is
-    /// the length of the longest payload.
+    /// The greatest allowed value of the length field, after the field's mask has been applied. In MAVLink this is the
+    /// length of the longest payload.
     pub longest_payload: u16,
     /// A byte that the checksum covers after the frame's bytes, although it is not sent: MAVLink's `CRC_EXTRA`.
     pub extra: u8,
@@ -221,7 +221,7 @@ pub struct KnownMessage {
 }
 
 impl KnownMessage {
-    /// Returns the message with this number. Its frames may have any length.
+    /// Returns the message with this number. Frames of this message may have any length.
     #[inline]
     #[must_use]
     pub const fn new(number: u32) -> Self {
@@ -259,7 +259,8 @@ impl KnownMessage {
     }
 }
 
-/// Bytes that follow some frames, such as MAVLink's signature. Neither the length field nor the checksum covers them.
+/// Bytes that follow some frames, such as MAVLink's signature. Neither the length field nor the checksum covers these
+/// bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Trailer {

@@ -1,5 +1,5 @@
-//! Proves that several layouts on one line keep the laws if each layout keeps the laws, and that the first layout that
-//! does not reject the bytes decides.
+//! Proves two properties of several layouts on one line: they keep the laws if each single layout keeps the laws, and
+//! the first layout that does not reject the bytes decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};
@@ -28,7 +28,7 @@ impl Classified {
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         kani::assume(starts || row.settled_at == 1);
-        // A layout recognises a frame as soon as its last byte has arrived: see `keeps_the_laws`.
+        // A layout recognises a frame as soon as the frame's last byte has arrived: see `keeps_the_laws`.
         if let Classification::Frame(length) = row.settled {
             kani::assume(length == row.settled_at);
         }

@@ -41,7 +41,7 @@ pub(super) fn assert_lawful(
     );
 }
 
-/// Returns two arbitrary numbers of bytes in ascending order. Neither is greater than `most` or `longest`.
+/// Returns two arbitrary numbers of bytes in ascending order. Both numbers are at most `most`, and at most `longest`.
 pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     let most = most.min(longest);
     let some = kani::any_where(|&some| 1 <= some && some <= most);
@@ -49,7 +49,7 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
 }
 
 /// A layout for which two functions return arbitrary results: the function that parses the header, and the function
-/// that checks the rest of the frame. Each function always returns the same result in one harness.
+/// that checks the rest of the frame. Within one run of a harness, each function always returns the same result.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
@@ -106,7 +106,8 @@ fn what_a_header_says() {
     let count = layout.header();
     // Only the bounds are known to be valid here, so the layout may still contain other contradictions.
     if check_bounds(&layout).is_ok() {
-        // With a delimiter and without messages, a frame may consist of only the delimiter, so it needs no header.
+        // With a delimiter and without messages, a frame may consist of only the delimiter, so the frame needs no
+        // header.
         let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
         assert!(is_alone || has_header_and_terminator(&layout));
         assert!(layout.shortest <= layout.longest);
@@ -119,7 +120,8 @@ fn what_a_header_says() {
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
-/// Returns true if the shortest frame has room for its header and its terminator, as [`what_a_header_says`] proves.
+/// Returns true if the shortest frame has room for its header and its terminator. [`what_a_header_says`] proves that
+/// this holds for layouts with valid bounds, unless a frame may consist of only the delimiter.
 fn has_header_and_terminator(layout: &Layout) -> bool {
     layout.header().saturating_add(layout.terminator.length) <= layout.shortest
 }
@@ -159,8 +161,8 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    // A frame is recognised as soon as its last byte has arrived, because `build` rejects layouts whose frames may be
-    // shorter than their header.
+    // A frame is recognised as soon as the frame's last byte has arrived, because `build` rejects layouts whose frames
+    // may be shorter than their header.
     let is_built = layout.layout.header() <= layout.layout.shortest;
     assert!(!is_built || late != Classification::Frame(some) || early == late);
     assert_lawful(early, late, some, more, longest);

@@ -277,7 +277,7 @@ fn is_received(layout: &Layout, frame: &[u8]) -> bool {
     frames == 1
 }
 
-/// A generator of random numbers (xorshift).
+/// A generator of pseudo-random numbers: xorshift.
 struct Random(u64);
 
 impl Random {

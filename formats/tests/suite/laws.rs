@@ -198,7 +198,8 @@ fn what_is_not_of_the_length_stays_as_it_is() {
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
 }
 
-/// Numbers of each size are read in the byte order that the layout states. Sealing writes them in the same order.
+/// Numbers of each size are read in the byte order that the layout states. Sealing writes the numbers in this order
+/// too.
 #[test]
 fn numbers_in_the_header_have_a_size_and_an_order() {
     for (bytes, order) in
@@ -237,7 +238,7 @@ fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
     }
 }
 
-/// If several layouts reject the bytes, the reason comes from the layout that found its error latest in the frame.
+/// If several layouts reject the bytes, the reason comes from the layout that found an error latest in the frame.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     let layout = |sync| {
@@ -308,7 +309,8 @@ fn what_a_layout_says_at_its_limits() {
 }
 
 /// `classify_after` skips the first `seen` bytes only if the layout has searched them for the end of the frame. The
-/// layout has not searched them if its header was incomplete, or if an earlier layout found them incomplete.
+/// layout has not searched these bytes if its header was incomplete, or if an earlier layout found the bytes
+/// incomplete.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
     let lines = Layout::builder()

@@ -21,7 +21,7 @@ fn kinds(stream: &[u8]) -> Vec<u8> {
     kinds
 }
 
-/// `C8 3E` may begin a frame of 64 bytes. A frame of four bytes after it is delivered 59 bytes late, or at the next
+/// `C8 3E` may begin a frame of 64 bytes. The four-byte frame that follows is delivered 59 bytes late, or at the next
 /// idle gap.
 #[test]
 fn a_frame_behind_a_false_beginning_is_late() {

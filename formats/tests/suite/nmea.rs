@@ -1,5 +1,5 @@
-//! Receives NMEA sentences from other projects' recordings. They have the line ends, lengths and noise that occur in
-//! practice.
+//! Receives NMEA sentences from other projects' recordings. These sentences have the line ends, lengths and noise that
+//! occur in practice.
 
 use framelock::EncodeInto;
 use framelock_formats::gnss::{Gnss, Message};

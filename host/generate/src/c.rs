@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::Item;
 
-/// Frames of fixed length that have at most this length are received with a window instead of a buffer.
+/// The greatest length of fixed-length frames that are received with a window instead of a buffer.
 const LONGEST_WINDOW: usize = 16;
 
 /// The size of the table with which C code computes a CRC.
@@ -216,7 +216,7 @@ fn patterns(patterns: &Patterns) -> Value {
     context! { each, length => patterns.length }
 }
 
-/// Joins conditions with `||`. If there are several, each gets parentheses.
+/// Joins conditions with `||`. If there are several conditions, each condition gets parentheses.
 fn any_of(conditions: impl Iterator<Item = String>) -> String {
     let conditions: Vec<String> = conditions.collect();
     if let [one] = &*conditions {
@@ -461,7 +461,7 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
 }
 
 /// Returns the template values for a CRC. If the CRC processes the lowest bit of each byte first, the lowest bits of
-/// the register hold it. Otherwise the highest bits hold it.
+/// the register hold the CRC. Otherwise the highest bits hold the CRC.
 fn crc(crc: &Crc, table: CrcTable) -> Value {
     let bits = match crc.width {
         ..=8 => 8,

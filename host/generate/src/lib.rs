@@ -88,8 +88,8 @@ struct Zeros {
     first: usize,
     /// The number of bytes that follow the payload in a frame without its trailer.
     margin: usize,
-    /// Whether `encode` leaves out these zero bytes. It writes them if a field takes the rest of the frame, or if some
-    /// lengths are not possible.
+    /// Whether `encode` leaves out these zero bytes. `encode` writes the zero bytes if a field takes the rest of the
+    /// frame, or if some lengths are not possible.
     are_left_out: bool,
 }
 
@@ -101,8 +101,8 @@ struct Item {
     name: String,
     /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
     needs: Option<usize>,
-    /// The length that a frame with this field needs at least, for encoding. `None` if this field never makes a frame
-    /// longer than `start`.
+    /// The minimum length of a frame with this field, for encoding. `None` if this field never makes a frame longer
+    /// than `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,

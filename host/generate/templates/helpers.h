@@ -163,7 +163,7 @@ static inline uint32_t PREFIX_bits_of(float number)
     return bits;
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -174,7 +174,7 @@ static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Writes a big-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a big-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -185,7 +185,7 @@ static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -196,7 +196,7 @@ static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Writes a big-endian integer of `count` bytes. The bits there must be 0. */
+/* Writes a big-endian integer of `count` bytes. Bits that are already 1 stay 1. */
 static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -207,8 +207,8 @@ static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. The bits
- * there must be 0. */
+/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. Bits that
+ * are already 1 stay 1. */
 static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -222,8 +222,8 @@ static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width
     }
 }
 
-/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. The bits
- * there must be 0. */
+/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. Bits that
+ * are already 1 stay 1. */
 static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t width, uint64_t number)
 {
     uint8_t i;
@@ -237,7 +237,7 @@ static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t wid
     }
 }
 
-/* Writes bytes. The bits there must be 0. */
+/* Writes bytes. Bits that are already 1 stay 1. */
 static inline void PREFIX_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;

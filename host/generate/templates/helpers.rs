@@ -36,7 +36,7 @@ fn rest(frame: &[u8], at: usize, others: usize) -> Option<&[u8]> {
     frame.get(at..frame.len().checked_sub(others)?)
 }
 
-/// Writes a little-endian integer of `count` bytes. The bits there must be 0.
+/// Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1.
 fn put_le(frame: &mut [u8], at: usize, count: usize, number: u64) {
     let place = frame.iter_mut().skip(at).take(count);
     for (byte, it) in place.zip(number.to_le_bytes()) {
@@ -44,7 +44,7 @@ fn put_le(frame: &mut [u8], at: usize, count: usize, number: u64) {
     }
 }
 
-/// Writes a big-endian integer of `count` bytes. The bits there must be 0.
+/// Writes a big-endian integer of `count` bytes. Bits that are already 1 stay 1.
 fn put_be(frame: &mut [u8], at: usize, count: usize, number: u64) {
     let place = frame.iter_mut().skip(at).take(count).rev();
     for (byte, it) in place.zip(number.to_le_bytes()) {
@@ -52,7 +52,7 @@ fn put_be(frame: &mut [u8], at: usize, count: usize, number: u64) {
     }
 }
 
-/// Writes the lowest `width` bits of a number, from bit `first` on. The bits there must be 0.
+/// Writes the lowest `width` bits of a number, from bit `first` on. Bits that are already 1 stay 1.
 fn put_bits(frame: &mut [u8], first: usize, width: usize, bits: u64) {
     for number in (0..width).filter(|number| bits >> number & 1 == 1) {
         if let Some(byte) = frame.get_mut((first + number) / 8) {
@@ -61,7 +61,7 @@ fn put_bits(frame: &mut [u8], first: usize, width: usize, bits: u64) {
     }
 }
 
-/// Writes bytes, from index `at` on. The bits there must be 0.
+/// Writes bytes, from index `at` on. Bits that are already 1 stay 1.
 fn put(frame: &mut [u8], at: usize, bytes: &[u8]) {
     for (byte, it) in frame.iter_mut().skip(at).zip(bytes) {
         *byte |= it;

@@ -20,7 +20,7 @@ pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(),
     let end = at.saturating_add(checksum.encoded_bytes());
     reject_if!(end > length, Part::Checksum, OUTSIDE);
     let (from, to) = match (index(checksum.from, length), index(checksum.to, length)) {
-        // In a frame without payload, the checksum may cover no bytes.
+        // In a frame without payload, the range that the checksum covers may be empty.
         (Some(from), Some(to)) if from <= to.saturating_add(1) && to < length => (from, to),
         _ => return Err(Contradiction::new(Part::Checksum, NOT_COVERED)),
     };
@@ -107,7 +107,8 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
         Part::Checksum,
         "checksum: a table of bytes is only for a CRC of 8 bits: give a table of words"
     );
-    // In a correct table, the entry of this byte is the polynomial, so it depends on the CRC.
+    // In a correct table, the entry of this byte is the polynomial, so the table of another polynomial has another
+    // entry here.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
     let entry = match crc.table {
         Table::None => Some(crc.remainder(byte)),

@@ -60,8 +60,8 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
     Ok(())
 }
 
-/// Checks that the parts of a frame of `length` bytes lie before the terminator, and that their values are allowed as
-/// content.
+/// Checks that the parts of a frame of `length` bytes lie before the terminator, and that the values of these parts are
+/// allowed as content.
 pub(super) const fn check_content_of_parts(
     layout: &Layout,
     length: usize,

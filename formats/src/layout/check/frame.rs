@@ -368,13 +368,13 @@ const fn is_at(bits: FixedBits, length: usize, at: usize) -> bool {
     }
 }
 
-/// Returns the byte with index `byte` among the bytes that encode the number in the frame.
+/// Encodes `value` as the frame encodes this number, and returns the byte with index `byte` of the result.
 const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     let [lowest, ..] = value.wrapping_shr(shift_of(number, byte)).to_le_bytes();
     lowest
 }
 
-/// Returns the position in the number, in bits, at which the byte with index `byte` in the frame begins.
+/// Returns by how many bits to shift the number to get the byte with index `byte` of its encoding.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,

@@ -1,7 +1,7 @@
 //! Receivers of other crates, and a receiver that does nothing. An adapter uses its crate as the crate's documentation
 //! shows, and adds nothing.
 
-/// A receiver that does nothing. The benchmark subtracts its cost from the costs of the other receivers.
+/// A receiver that does nothing. The benchmark subtracts the cost of this receiver from the costs of the others.
 #[cfg(feature = "nothing")]
 mod nothing {
     use core::hint::black_box;
@@ -213,7 +213,7 @@ mod ublox {
     use ublox::proto23::PacketRef;
     use ublox::{FixedBuffer, Parser, ParserError, UbxProtocol, UbxUnknownPacketRef};
 
-    /// A protocol version that states the longest payload and does not decode messages.
+    /// A protocol version for `ublox` that states the longest payload and does not decode messages.
     struct FramesOnly;
 
     impl UbxProtocol for FramesOnly {
