@@ -34,9 +34,9 @@ static inline void any_forget(any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
- * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
- * bytes. */
+/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
+ * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
+ * needs more bytes. */
 static inline any_index any_next(any_receiver *receiver, bool *again)
 {
     any_outcome outcome;

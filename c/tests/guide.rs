@@ -22,7 +22,7 @@ use crate::{drawn, headers};
 const BYTE: u8 = 0;
 const EVENT: u8 = 1;
 
-/// Compiles the page's program with this index together with `guide.c`. Asserts that the program prints the expected
+/// Compiles `guide.c` with program number `program` of the page. Asserts that the program prints the expected
 /// output. `option` selects the part of `guide.c`.
 fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
     let folder = TempDir::new().unwrap();

@@ -187,7 +187,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
         let pitch = n.to_le_bytes()[0];
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
-    // The least duration of two periods, in milliseconds. SEQSTART may shorten the periods.
+    // The least time, in milliseconds, that two periods together take. SEQSTART may shorten the periods.
     let shortest = if firmware.assumptions.start_cuts_period {
         31
     } else {

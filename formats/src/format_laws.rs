@@ -60,9 +60,9 @@ impl core::error::Error for BrokenLaw {}
 ///
 /// If the longest frame has up to 64 bytes, the function classifies every prefix of the bytes. If the longest frame has
 /// more bytes, the function classifies only some prefixes: those near the changed byte, those near the length that the
-/// format asked for, every sixteenth prefix, and the longest prefix. In this case it also tries fewer changes: if the
-/// bytes before a byte already have a final classification, it changes this byte to only sixteen values. A frame of 300
-/// bytes takes seconds, even without optimisation.
+/// format asked for, every sixteenth prefix, and the longest prefix. In this case it also tries fewer changes: once a
+/// prefix has a final classification, the function changes each later byte to only sixteen values. A frame of 300 bytes
+/// takes seconds, even without optimisation.
 ///
 /// # Errors
 /// Returns the first law that is broken, and the bytes that show the violation.

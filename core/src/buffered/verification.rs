@@ -97,7 +97,7 @@ impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
     }
 }
 
-/// Returns the byte that stands for a place, which is the lowest byte of the place's index.
+/// Returns the byte that stands for a place: the lowest byte of the place, which is an index.
 fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
@@ -261,7 +261,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver.ask_at <= receiver.from + settled_at
 }
 
-/// Defines one harness for each length of the longest frame, each with its own buffer size.
+/// Defines one harness for each listed value of `LONGEST`, each with its own buffer size.
 macro_rules! for_longest {
     ($module:ident, $proof:ident: $($name:ident $longest:literal $size:literal $bound:literal)*) => {
         mod $module {

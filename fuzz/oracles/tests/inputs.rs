@@ -54,8 +54,8 @@ fn corpora() {
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
-/// Random bytes, or a BIN-CRC8 frame with a wrong checksum as a step of a stream. Random bytes hardly ever contain such
-/// a frame.
+/// Draws random bytes, or the encoding of one step of a stream: a slice that holds a BIN-CRC8 frame with a wrong
+/// checksum. Random bytes hardly ever contain such a frame.
 fn piece() -> impl Strategy<Value = Vec<u8>> {
     let frame = b"\0\x08AB1234\0\r".to_vec();
     prop_oneof![

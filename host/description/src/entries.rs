@@ -262,7 +262,7 @@ impl Unsigned {
         is_unsigned.then_some(Self(number))
     }
 
-    /// Converts the type at this position to a layout's number.
+    /// Returns the layout's `Number` that has this type and begins at this position in the frame.
     pub(crate) fn at(self, at: usize) -> layout::Number {
         layout::Number::new(at, self.0.bytes, self.0.order)
     }

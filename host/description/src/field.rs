@@ -325,7 +325,8 @@ impl Field {
         frame.get(self.position(length)?)
     }
 
-    /// Returns the field's first bytes in a frame that ends within or before the field.
+    /// Returns the bytes of the field that lie in a frame which is too short for the whole field. If the frame ends
+    /// before the field, these are no bytes.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;

@@ -320,9 +320,10 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns a list of messages for a kind with fixed bits after the header. With this list, a receiver checks the fixed
-/// bits before it decides on the kind, because a receiver always waits for a message's number. In this list, the number
-/// is the last byte with fixed bits, and the known numbers are all values of this byte that contain the fixed bits.
+/// Returns a list of messages for a kind that has fixed bits after the header. The list makes a receiver check these bits
+/// before it decides on the kind. A receiver waits for a message's number before it decides, so the list declares the
+/// last byte with fixed bits to be this number. The known numbers are all values of this byte that agree with its fixed
+/// bits.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

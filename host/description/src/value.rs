@@ -111,7 +111,8 @@ impl Value<'_> {
     }
 }
 
-/// For each number below 1000: its digits without leading zeros, padding, and in the last byte the number of digits.
+/// For each number below 1000: its digits without leading zeros, then zero bytes up to the third byte. The fourth byte is
+/// the number of digits.
 static DIGITS: [[u8; 4]; 1000] = {
     let mut table = [[0; 4]; 1000];
     let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);

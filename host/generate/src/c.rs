@@ -226,7 +226,8 @@ fn any_of(conditions: impl Iterator<Item = String>) -> String {
     each.collect::<Vec<_>>().join(" || ")
 }
 
-/// Returns the expression for the index `more` bytes after the position `at` in a frame.
+/// Returns the C expression for an index in a frame: the position `at`, plus `more` bytes. A negative `at` counts from
+/// the frame's end.
 fn index(at: i16, more: usize) -> String {
     match (at, usize::from(at.unsigned_abs())) {
         (0.., distance) => format!("{}U", distance + more),

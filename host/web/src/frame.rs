@@ -32,7 +32,7 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
     let format = description.format();
     let kinds = description.kinds.iter().cycle();
     for (kind, _) in kinds.zip(0..count) {
-        // Try several lengths, because many message types have only one valid length.
+        // Many message types have only one valid length, so try several lengths until the format accepts a frame.
         let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
         let frame =
             frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));

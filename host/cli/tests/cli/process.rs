@@ -84,7 +84,8 @@ pub(crate) fn received(
     setpoints
 }
 
-/// Writes a description into a file. Returns the file's folder, which the caller must keep, and the option.
+/// Writes a description into a file. Returns the file's folder, which is deleted when the caller drops it, and the option
+/// `--frame` for the file.
 pub(crate) fn described(text: &str) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");

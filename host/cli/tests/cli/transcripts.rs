@@ -33,8 +33,8 @@ const NOT_RUN: [(&str, &str); 7] = [
     ("chmod", "needs a release"),
 ];
 
-/// Shell commands that run before each block. They merge errors into the output, leave standard input empty, define
-/// `hex`, and replace viewers.
+/// Shell commands that run before each block. They send errors to standard output, leave standard input empty,
+/// define `hex`, and replace the viewers `xxd` and `less` by `cat`.
 const PRELUDE: &str = "exec 2>&1 < /dev/null
 hex() { od -An -v -tx1 \"$@\" | xargs; }
 xxd() { cat; }

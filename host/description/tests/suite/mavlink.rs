@@ -157,7 +157,7 @@ fn messages_of_a_dialect_have_names() {
         assert!(description.has_kinds());
         let frame = encoded(&description, name, number).unwrap();
         assert_eq!(description.name(&frame), Some(name), "{known}");
-        // The name of the kind is accepted for any message.
+        // `encode` also accepts the kind's own name, `my.toml`, instead of the message's name.
         assert_eq!(encoded(&description, "my.toml", number).unwrap(), frame);
     }
     assert!(!of("[[436, 193]]").has_kinds());

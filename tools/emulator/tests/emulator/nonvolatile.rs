@@ -74,7 +74,8 @@ fn the_debug_port_opens_if_uicr_and_the_firmware_both_say_so_after_a_reset() {
     assert!(!board.debug_port_is_open(), "each reset closes it");
     board.set(DISABLE, UNPROTECTED);
     assert!(board.debug_port_is_open());
-    // Stopping the crystal, whose register is in the same block, does not close the debug port.
+    // Stopping the crystal does not close the debug port, although the task for it is in the same block of registers as
+    // DISABLE.
     board.set(0x4000_0004, 1);
     assert!(board.debug_port_is_open());
     board.set(FORCEPROTECT, 0);
