@@ -404,8 +404,8 @@ impl<F: FrameBytes> Window<F> {
         self.0 & F::Word::ONE.up(Self::MOST) != F::Word::from(0)
     }
 
-    /// Returns whether at least `count` bytes are held. The note must be 0, because the bits of another note would count as
-    /// the marker.
+    /// Returns whether at least `count` bytes are held. The note must be 0, because the bits of another note would count
+    /// as the marker.
     #[inline]
     fn holds(self, count: usize) -> bool {
         self.0.down(count) != F::Word::from(0)

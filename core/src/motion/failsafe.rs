@@ -52,8 +52,8 @@ pub struct FailsafeParameters<D, const AXES: usize> {
     pub ramp_after: u32,
     /// The position of each axis when no frames come.
     pub park: [D; AXES],
-    /// The time in ticks that each axis takes to move by one unit of demand. This time bounds the axis's speed. For demands of
-    /// 16 bits use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
+    /// The time in ticks that each axis takes to move by one unit of demand. This time bounds the axis's speed. For
+    /// demands of 16 bits use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
     pub ticks_per_unit: [NonZeroU32; AXES],
 }
 

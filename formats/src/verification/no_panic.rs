@@ -88,7 +88,8 @@ fn in_a_crc() {
 }
 
 /// Seals `N` bytes as a frame of an arbitrary layout that has neither a length field nor a checksum.
-/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so the sync may be missing here.
+/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so
+/// the sync may be missing here.
 /// [`super::laws`] covers the classification of the bytes, which `seal` performs too.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
