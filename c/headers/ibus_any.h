@@ -304,9 +304,9 @@ static inline void ibus_any_forget(ibus_any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
- * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
- * bytes. */
+/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
+ * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
+ * needs more bytes. */
 static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
 {
     ibus_any_outcome outcome;

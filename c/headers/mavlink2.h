@@ -514,9 +514,9 @@ static inline void mavlink2_forget(mavlink2_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
- * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
- * bytes. */
+/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
+ * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
+ * needs more bytes. */
 static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
 {
     mavlink2_outcome outcome;
