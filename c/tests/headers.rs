@@ -65,8 +65,8 @@ fn failsafe_and_arduino_library_state_the_version() {
     }
 }
 
-/// Compiles all headers in one source file, in four ways: as static functions, as definitions, as declarations, and with
-/// a failsafe for six axes of 16 bits.
+/// Compiles all headers in one source file, in four ways: as static functions, as definitions, as declarations, and
+/// with a failsafe for six axes of 16 bits.
 #[test]
 fn no_compiler_warns_of_headers() {
     let here = TempDir::new().unwrap();

@@ -3,8 +3,7 @@
 //! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of a few
 //! hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
 
-use std::collections::BTreeMap;
-
+use framelock_fuzz_oracles::Occurred;
 use framelock_proofs::reference::{Bin, Lecture, NaiveFormat as _};
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 use rand::{Rng, SeedableRng};
@@ -104,17 +103,17 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
     let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
     let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
     let wanted = variable("FRAMELOCK_RANDOM_RUNS").unwrap_or(runs);
-    let mut occurred = FORMS.map(|form| (form, 0)).into();
+    let mut occurred = Occurred::NOTHING;
+    for form in FORMS {
+        occurred.count(form, 0_u64);
+    }
     (first..first + wanted).for_each(|seed| run(seed, &mut occurred));
     // If fewer runs than usual were requested, to repeat a failure, some forms may be missing.
     assert!(
-        wanted < runs || occurred.values().all(|times| *times > 5),
+        wanted < runs || occurred.rarer_than(6).is_empty(),
         "{occurred:?}"
     );
 }
-
-/// The count of each form in [`FORMS`].
-type Occurred = BTreeMap<&'static str, usize>;
 
 /// The forms of runs. The first six are kinds of steps, and [`Occurred`] counts these steps. The next three are images.
 /// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. The last form is
@@ -158,7 +157,7 @@ fn one_run(
         None => ("loss", 1),
     };
     for (form, times) in sent.forms.iter().map(|form| (*form, 1)).chain([form]) {
-        *occurred.entry(form).or_default() += times;
+        occurred.count(form, times as u64);
     }
     let serves = (0..5).any(|_| {
         firmware.send_and_wait(&frame([1, 2, 3]), 100 * MILLISECOND);

@@ -39,6 +39,7 @@ pub use stream::{Stream, StreamStep};
 pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
+use framelock::Counters;
 use framelock::motion::FailsafeError;
 
 /// A fuzz target as a function of the fuzzer's bytes. Counts the outcomes in `Occurred`, but counts nothing if the
@@ -49,8 +50,7 @@ pub type Target = fn(&[u8], &mut Occurred);
 /// descriptions, so only the tests of the command line and of descriptions run them.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
-        let all = structured(bytes, parser).into_iter().flatten();
-        all.for_each(|counters| occurred.count_all(&counters));
+        count_lines(bytes, parser, occurred);
     }),
     ("faults", |bytes, occurred| {
         let sorts = ["intact frame", "frame with a commit within", "wrong bits"];
@@ -70,19 +70,25 @@ pub const TARGETS: [(&str, Target); 6] = [
         }
     }),
     ("reader", |bytes, occurred| {
-        let all = structured(bytes, reader).into_iter().flatten();
-        all.for_each(|counters| occurred.count_all(&counters));
+        count_lines(bytes, reader, occurred);
     }),
     ("framing", |bytes, occurred| {
-        let all = structured(bytes, framing).into_iter().flatten();
-        all.for_each(|counters| occurred.count_all(&counters));
+        count_lines(bytes, framing, occurred);
     }),
     ("formats", |bytes, occurred| {
-        if let Some(counters) = structured(bytes, formats) {
-            occurred.count_all(&counters);
-        }
+        count_lines(bytes, |line| [formats(line)], occurred);
     }),
 ];
+
+/// Runs a check that returns the counters of lines, and counts their outcomes.
+fn count_lines<'a, Input: Arbitrary<'a>, const LINES: usize>(
+    bytes: &'a [u8],
+    check: fn(&Input) -> [Counters; LINES],
+    occurred: &mut Occurred,
+) {
+    let all = structured(bytes, check).into_iter().flatten();
+    all.for_each(|counters| occurred.count_all(&counters));
+}
 
 /// Runs a check in the same way as `libfuzzer_sys::fuzz_target!`. Returns `None` if the bytes are too few.
 fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> Option<T> {

@@ -99,8 +99,14 @@ impl Occurred {
 
     /// Returns the outcomes that were passed to [`count`](Self::count) but never occurred, in alphabetical order.
     pub fn missing(&self) -> Vec<&'static str> {
-        let missing = self.0.iter().filter(|(_, times)| **times == 0);
-        missing.map(|(outcome, _)| *outcome).collect()
+        self.rarer_than(1)
+    }
+
+    /// Returns the outcomes that were passed to [`count`](Self::count) but occurred fewer than `times` times, in
+    /// alphabetical order.
+    pub fn rarer_than(&self, times: u64) -> Vec<&'static str> {
+        let rare = self.0.iter().filter(|(_, count)| **count < times);
+        rare.map(|(outcome, _)| *outcome).collect()
     }
 }
 

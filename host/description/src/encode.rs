@@ -174,8 +174,8 @@ impl Kind {
         self.header.max(shortest) + 1
     }
 
-    /// Removes the zeros at the end of the payload, but keeps the payload's first byte. The frame has `length` bytes without
-    /// its trailer.
+    /// Removes the zeros at the end of the payload, but keeps the payload's first byte. The frame has `length` bytes
+    /// without its trailer.
     fn without_zeros(&self, frame: Vec<u8>, length: usize) -> Vec<u8> {
         let end = length.saturating_sub(self.from_end);
         let payload = frame.get(self.first_zero()..end).unwrap_or_default();

@@ -251,10 +251,9 @@ mod tests {
                 assert_eq!(all.filter(|one| is_called(one, end)).count(), 1, "{end}");
             }
         }
-        let broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
-        let broken: Vec<&String> = broken.collect();
         for harness in &theorems {
-            let is_broken = broken.iter().any(|end| is_called(harness, end));
+            let mut broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
+            let is_broken = broken.any(|end| is_called(harness, end));
             assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
         }
     }
