@@ -163,7 +163,7 @@ pub(crate) fn check(
         harness,
         source: &cache.source(harness),
         limit,
-        end: start + limit,
+        start,
     };
     let done = program().and_then(|program| run.all(program, cache, &mut answer));
     if let Err(error) = done {
@@ -234,7 +234,7 @@ struct Run<'a> {
     harness: &'a Harness,
     source: &'a Path,
     limit: Duration,
-    end: Instant,
+    start: Instant,
 }
 
 impl Run<'_> {
@@ -260,6 +260,8 @@ impl Run<'_> {
         }
         if answer.verdict == Verdict::Proved {
             fs::write(proof, answer.properties.to_string())?;
+            let seconds = self.start.elapsed().as_secs_f64();
+            fs::write(cache.seconds_file(self.harness), seconds.to_string())?;
         }
         Ok(())
     }
@@ -308,7 +310,7 @@ impl Run<'_> {
         if let Some(unwind) = self.harness.unwind {
             command.args(["--unwind", &unwind.to_string()]);
         }
-        let left = self.end.saturating_duration_since(Instant::now());
+        let left = self.limit.saturating_sub(self.start.elapsed());
         if status_within(left, &mut command)?.is_none() {
             return Ok(None);
         }

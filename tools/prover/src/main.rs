@@ -19,7 +19,7 @@ use std::time::Duration;
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
 use rayon::ThreadPoolBuilder;
-use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use rayon::iter::{ParallelBridge as _, ParallelIterator as _};
 use serde_json::json;
 
 use c_file::CFile;
@@ -150,28 +150,37 @@ fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
 
 fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     let files = c_file::read(arguments.c_folder.as_deref())?;
-    let harnesses = selected(sources, &files, arguments)?;
+    let mut harnesses = selected(sources, &files, arguments)?;
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
     let cache = ProofCache::new(&sources.target, &cbmc, arguments.anew)?;
     let limit = Duration::from_secs(arguments.timeout);
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
-    let check = |harness: &Harness| {
+    // Start with the slowest harnesses, so that no core waits for one of them at the end. But a wrong change makes many
+    // harnesses fail, so the fastest of them shows it first. For an unknown time, harnesses with the greatest lengths,
+    // which come last, probably take longest.
+    let seconds = |harness: &Harness| cache.seconds(harness).unwrap_or(f64::MAX);
+    harnesses.sort_by(|one, other| seconds(one).total_cmp(&seconds(other)));
+    if !arguments.fail_fast {
+        harnesses.reverse();
+    }
+    let check = |harness: Harness| {
         let program = || match harness.language {
-            Language::Rust => translate::program(&module, harness, &files),
-            Language::C { .. } => c_file::program(harness, &files),
+            Language::Rust => translate::program(&module, &harness, &files),
+            Language::C { .. } => c_file::program(&harness, &files),
         };
-        let answer = cbmc::check(&cbmc, program, harness, &cache, limit);
+        let answer = cbmc::check(&cbmc, program, &harness, &cache, limit);
         show(&answer, arguments.format);
         if arguments.fail_fast && answer.verdict != Verdict::Proved {
             child_processes::end_all(1);
         }
         answer
     };
-    let answers: Vec<Answer> = pool
-        .build()?
-        .install(|| harnesses.par_iter().map(check).collect());
+    // `par_bridge` keeps the order in which harnesses start.
+    let harnesses = harnesses.into_iter().par_bridge();
+    let mut answers: Vec<Answer> = pool.build()?.install(|| harnesses.map(check).collect());
+    answers.sort_by(|one, other| one.harness.cmp(&other.harness));
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
     if arguments.format == OutputFormat::Json {

@@ -1,5 +1,5 @@
-//! The files of each harness: its program, CBMC's answer, and a record that the program was proved.
-//! An unchanged program is not proved again.
+//! The files of each harness: its program, CBMC's answer, a record that the program was proved, and how long its last
+//! proof took. An unchanged program is not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -40,6 +40,19 @@ impl ProofCache {
     pub(crate) fn source(&self, harness: &Harness) -> PathBuf {
         let name = harness.name.replace("::", ".");
         self.harnesses.join(format!("{name}.c"))
+    }
+
+    /// Returns how many seconds the harness's last proof took, or `None` if it was never proved here.
+    pub(crate) fn seconds(&self, harness: &Harness) -> Option<f64> {
+        fs::read_to_string(self.seconds_file(harness))
+            .ok()?
+            .parse()
+            .ok()
+    }
+
+    /// Returns the path of the file with the seconds that the harness's last proof took.
+    pub(crate) fn seconds_file(&self, harness: &Harness) -> PathBuf {
+        self.source(harness).with_extension("seconds")
     }
 
     /// Returns the path of the file that records the proof of this program. If the file exists, the program was proved;
