@@ -87,3 +87,34 @@ fn a_line_event_delivers_the_frame_after_a_false_start() {
     assert_eq!(found, [(1, None), (1, None), (3, Some(b"a".to_vec()))]);
     assert_eq!(receiver.pending(), 0);
 }
+
+/// One call of `found` reports all bytes up to the next byte that may begin a frame.
+#[test]
+fn noise_without_a_start_is_reported_together() {
+    let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);
+    let mut found = Vec::new();
+    receiver.feed(b"noise#\x01a", |one| found.push(one.bytes()));
+    assert_eq!(found, [5, 3]);
+}
+
+/// A shorter buffer could not hold the longest frame. A format whose longest frame has no bytes has no frames.
+#[test]
+fn a_borrowed_buffer_must_hold_the_longest_frame() {
+    #[derive(Clone, Copy)]
+    struct NoBytes;
+    impl Format for NoBytes {
+        const LONGEST: usize = 0;
+        type Message<'a> = ();
+        fn classify(&self, _: &[u8]) -> Classification {
+            Classification::Rejected(DiscardReason::NoSync)
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let mut memory = [0; 9];
+    assert!(BufferedReceiver::with_buffer(Short, &mut memory[..8]).is_none());
+    assert!(BufferedReceiver::with_buffer(NoBytes, &mut memory[..]).is_none());
+    let receiver = BufferedReceiver::with_buffer(Short, &mut memory[..]);
+    let mut receiver = receiver.expect("it holds nine bytes");
+    let frames = STREAM.iter().filter(|&&byte| receiver.push(byte).is_some());
+    assert_eq!(frames.count(), 2);
+}

@@ -4,7 +4,7 @@ mod checksum;
 mod content;
 mod frame;
 
-use super::{Contradiction, Layout, Length, Number, Part, Patterns, larger};
+use super::{Contradiction, Layout, Length, Number, Part, Patterns, index, larger};
 use checksum::check_checksum;
 use content::{check_content, check_content_of_parts};
 use frame::{agrees_with_fixed, shortest_frame};
@@ -77,7 +77,7 @@ pub(super) const fn least(layout: &Layout) -> usize {
 }
 
 const fn distance_from_end(place: i16) -> usize {
-    if place < 0 {
+    if place.is_negative() {
         place.unsigned_abs() as usize
     } else {
         0
@@ -211,11 +211,7 @@ const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
             part,
             "fixed: the mask is 0, or the value has bits outside the mask"
         );
-        let is_inside = if bits.at < 0 {
-            distance_from_end(bits.at) <= layout.shortest
-        } else {
-            (bits.at.unsigned_abs() as usize) < layout.shortest
-        };
+        let is_inside = matches!(index(bits.at, layout.shortest), Some(at) if at < layout.shortest);
         reject_if!(
             !is_inside,
             part,
@@ -230,7 +226,7 @@ const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
 const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradiction> {
     let (mut number, mut rest) = (0_usize, layout.fixed);
     while let [bits, others @ ..] = rest {
-        if let Some(at) = super::index(bits.at, length) {
+        if let Some(at) = index(bits.at, length) {
             reject_if!(
                 !agrees_with_fixed(others, length, at, bits.value, bits.mask),
                 Part::Fixed(number),

@@ -20,6 +20,12 @@ const COUNTED: LayoutBuilder = Layout::builder()
     .checksum(CHECKSUM);
 const CHECKSUM: Checksum = Checksum::at_the_end(1).from(2);
 
+/// `'A' 'B' checksum`, then bytes that the checksum covers.
+const AT_2: LayoutBuilder = Layout::builder()
+    .sync(Patterns::one(b"AB"))
+    .longest(8)
+    .checksum(Checksum::at_the_end(1).at(2).from(3).to(-1));
+
 /// `'A'`, 9 bytes, a line feed.
 const FIXED: LayoutBuilder = Layout::builder()
     .sync(Patterns::one(b"A"))
@@ -76,6 +82,7 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.longest(3), Part::Longest, "longest: it is less than shortest", COUNTED.longest(4)),
     (COUNTED.shortest(40), Part::Longest, "longest: it is less than shortest", COUNTED.shortest(20)),
     (FIXED.longest(1), Part::Longest, "longest: the header and the terminator do not fit", FIXED.longest(2)),
+    (LINE.longest(1), Part::Longest, "longest: it is less than shortest", LINE.sync(Patterns::NONE).longest(1)),
     (FIXED.shortest(10), Part::Shortest, "shortest: each frame has exactly longest bytes", FIXED.shortest(11)),
     (COUNTED.shortest(3), Part::Shortest, "shortest: a frame of this length has no room", COUNTED.shortest(4)),
     (field(LengthField::byte(2).plus(8)).shortest(7), Part::Shortest, "shortest: a frame of this length has no room", field(LengthField::byte(2).plus(8)).shortest(8)),
@@ -85,6 +92,7 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (field(LengthField::byte(2).factor(8)).shortest(9).longest(15), Part::Length, "length: no number that the length field can hold", field(LengthField::byte(2).factor(8)).shortest(9).longest(16)),
     (field(LengthField::byte(2).mask(0xF0)).shortest(5).longest(15), Part::Length, "length: no number that the length field can hold", field(LengthField::byte(2).mask(0xF8)).shortest(5).longest(15)),
     (COUNTED.fixed(&[FixedBits::new(2, 0xF0, 0x20)]), Part::Length, "length: no number that the length field can hold", COUNTED.fixed(&[FixedBits::new(2, 0xF0, 0x10)])),
+    (COUNTED.fixed(&[FixedBits::new(2, 5, 5)]).shortest(8).longest(8), Part::Length, "length: no number that the length field can hold", COUNTED.fixed(&[FixedBits::new(2, 5, 5)]).shortest(8).longest(9)),
     (COUNTED.sync(Patterns::one(b"ABC")), Part::Length, "length: no number that the length field can hold", COUNTED.sync(Patterns::any_of(b"ABCAB\x09", 3))),
     (field(LengthField::byte(3).mask(0xF0)).shortest(5).messages(Messages::new(Number::byte(3), &KNOWN)), Part::Length, "length: no number that the length field can hold", field(LengthField::byte(3).mask(0x0F)).shortest(5).longest(15).messages(Messages::new(Number::byte(3), &KNOWN))),
     (known(&[KnownMessage::new(7).longest_payload(0)]), Part::Length, "length: no number that the length field can hold", known(&[KnownMessage::new(7).longest_payload(1)])),
@@ -93,6 +101,7 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (known(&[KNOWN[1], KNOWN[0]]), Part::Messages, "messages: the numbers are not in ascending order", known(&KNOWN)),
     (known(&[KNOWN[1], KNOWN[1]]), Part::Messages, "messages: the numbers are not in ascending order", known(&KNOWN)),
     (known(&[KNOWN[2]]), Part::Messages, "messages: no known number fits", known(&[KNOWN[1]])),
+    (COUNTED.messages(Messages::new(Number::new(3, 3, ByteOrder::Big), &[KnownMessage::new(0x100_0000)])), Part::Messages, "messages: no known number fits", COUNTED.messages(Messages::new(Number::new(3, 3, ByteOrder::Big), &[KnownMessage::new(0xFF_FFFF)]))),
     (known(&KNOWN).fixed(&[FixedBits::new(3, 0xFF, 9)]), Part::Messages, "messages: no known number fits", known(&KNOWN).fixed(&[FixedBits::new(3, 0xFF, 8)])),
     (known(&KNOWN).sync(Patterns::one(b"AB\x01\x09")), Part::Messages, "messages: no known number fits", known(&KNOWN).sync(Patterns::one(b"AB\x01\x08"))),
     (COUNTED.trailer(Trailer::new(2, 0, 3)), Part::Trailer, "trailer: it must have 1 byte or more", COUNTED.trailer(Trailer::new(2, 1, 3))),
@@ -112,6 +121,7 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (FIXED.content(&[(b' ', b'~')]), Part::Content, "content: only frames that a delimiter ends", TEXT),
     (TEXT.content(&[(b'~', b' ')]), Part::Content, "content: the first byte of a range", TEXT.content(&[(b'~', b'~')])),
     (TEXT.content(&[(b'\t', b'\n')]), Part::Content, "content: a terminator begins with a byte of the content", TEXT.content(&[(b'\t', b'\t')])),
+    (TEXT.terminator(Patterns::any_byte_of(b"\nA")), Part::Content, "content: a terminator begins with a byte of the content", TEXT.terminator(Patterns::any_byte_of(b"\n\r"))),
     (TEXT.other_terminators(&[b"a\n"]), Part::Content, "content: a terminator begins with a byte of the content", TEXT.other_terminators(&[b"\rb"])),
     (LINE.other_terminators(&[b"\r\n"]), Part::OtherTerminators, "other terminators: without a content", TEXT.other_terminators(&[b"\r\n"])),
     (TEXT.other_terminators(&[b""]), Part::OtherTerminators, "other terminators: one has no bytes", TEXT.other_terminators(&[])),
@@ -148,9 +158,13 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (FIXED.checksum(Checksum::at_the_end(1)), Part::Checksum, "checksum: it overlaps", FIXED.checksum(Checksum::at_the_end(1).at(-2).to(-3))),
     (sum(CHECKSUM.at(1).from(3)).shortest(5), Part::Checksum, "checksum: it overlaps", sum(CHECKSUM.at(3).from(4).to(4)).shortest(5)),
     (sum(CHECKSUM.at(2).from(3)).shortest(5), Part::Checksum, "checksum: it overlaps", sum(CHECKSUM.at(3).to(2)).shortest(5)),
+    (AT_2.length(Length::Field(LengthField::byte(2).plus(4))), Part::Checksum, "checksum: it overlaps", AT_2.length(Length::Field(LengthField::byte(3).plus(4)))),
+    (AT_2.messages(Messages::new(Number::byte(2), &KNOWN)), Part::Checksum, "checksum: it overlaps", AT_2.messages(Messages::new(Number::byte(3), &KNOWN))),
     (known(&KNOWN).checksum(CHECKSUM.at(3).to(2)).shortest(5), Part::Checksum, "checksum: it overlaps", known(&KNOWN).checksum(CHECKSUM.at(4).to(3)).shortest(5)),
     (sum(CHECKSUM.at(3).to(2)).trailer(Trailer::new(3, 1, 3)), Part::Checksum, "checksum: it overlaps", sum(CHECKSUM.at(3).to(2)).trailer(Trailer::new(2, 1, 3))),
+    (sum(CHECKSUM.at(3).to(2)).trailer(Trailer::new(3, 1, 3)), Part::Checksum, "checksum: it overlaps", sum(CHECKSUM.at(3).to(2)).trailer(Trailer::new(4, 1, 3))),
     (COUNTED.fixed(&[FixedBits::new(-1, 1, 1)]), Part::Checksum, "checksum: it overlaps", COUNTED.fixed(&[FixedBits::new(-2, 1, 1)])),
+    (AT_2.fixed(&[FixedBits::new(2, 1, 1)]), Part::Checksum, "checksum: it overlaps", AT_2.fixed(&[FixedBits::new(3, 1, 1)])),
 ];
 
 #[test]

@@ -4,8 +4,7 @@
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format};
 use framelock_formats::layout::{
-    ByteOrder, FixedBits, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages,
-    Number, Patterns,
+    ByteOrder, FixedBits, KnownMessage, Layout, Length, LengthField, Messages, Number, Patterns,
 };
 use framelock_formats::{
     AnyOf, check_laws,
@@ -17,7 +16,7 @@ use framelock_formats::{
     ubx::{self, Ubx},
 };
 
-use crate::{DIALECT, frame};
+use crate::{DIALECT, built, frame};
 
 #[path = "../../../core/examples/own_format.rs"]
 #[expect(dead_code, reason = "only its format is needed here")]
@@ -229,41 +228,6 @@ fn numbers_in_the_header_have_a_size_and_an_order() {
     }
 }
 
-/// The longest frame may belong to any of several layouts.
-#[test]
-fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
-    let layout = |longest| built(&Layout::builder().sync(Patterns::one(b"$")).longest(longest));
-    for lengths in [[3, 5, 4], [5, 3, 4], [3, 4, 5]] {
-        assert_eq!(AnyOf(&lengths.map(layout)).longest(), 5);
-    }
-}
-
-/// If several layouts reject the bytes, the reason comes from the layout that found an error latest in the frame.
-#[test]
-fn the_reason_is_that_of_the_layout_that_comes_furthest() {
-    let layout = |sync| {
-        let layout = Layout::builder().sync(Patterns::one(sync));
-        layout.length(Length::Field(LengthField::byte(2)))
-    };
-    let other = built(&layout(&[0x55, 0x01]).longest(10));
-    let half = built(&layout(&[0x24, 0x02]).longest(10));
-    let too_long = built(&layout(&[0x24, 0x01]).longest(10));
-    let too_short = built(&layout(&[0x24, 0x01]).shortest(250).longest(255));
-    for (layouts, why) in [
-        ([other, half, other], DiscardReason::BrokenSync),
-        ([half, too_long, other], DiscardReason::TooLong),
-        ([too_long, half, too_short], DiscardReason::TooLong),
-        ([too_short, too_long, half], DiscardReason::BadHeader),
-    ] {
-        let classification = AnyOf(&layouts).classify(&[0x24, 0x01, 200]);
-        assert_eq!(classification, Classification::Rejected(why));
-    }
-}
-
-fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
-    builder.build().expect("its parts agree")
-}
-
 /// Limiting cases: the shortest and longest frames, fixed bits next to the end of the header, and negative lengths.
 #[test]
 fn what_a_layout_says_at_its_limits() {
@@ -308,28 +272,12 @@ fn what_a_layout_says_at_its_limits() {
     }
 }
 
-/// `classify_after` skips the first `seen` bytes only if the layout has searched them for the end of the frame. The
-/// layout has not searched these bytes if its header was incomplete, or if an earlier layout found the bytes
-/// incomplete.
+/// The signature of 13 bytes is a trailer, so the longest frame without a signature has 267 bytes.
 #[test]
-fn an_end_in_what_was_seen_is_found() {
-    let lines = Layout::builder()
-        .sync(Patterns::one(b"$"))
-        .length(Length::Delimiter)
-        .longest(10)
-        .terminator(Patterns::one(b"\n"));
-    let messages = [KnownMessage::new(u32::from(b'x'))];
-    let with_a_longer_header = built(&lines.messages(Messages::new(Number::byte(2), &messages)));
-    assert_eq!(
-        with_a_longer_header.classify_after(b"$\nx", 2),
-        Classification::Rejected(DiscardReason::BadHeader)
-    );
-    let begins_like_it = built(&lines.sync(Patterns::one(b"$\n$")));
-    let any_of = AnyOf(&[begins_like_it, built(&lines)]);
-    assert_eq!(
-        any_of.classify(b"$\n"),
-        Classification::Incomplete { at_least: 3 }
-    );
-    assert_eq!(any_of.classify_after(b"$\nx", 2), Classification::Frame(2));
-    assert!(any_of.starts(b'$') && !any_of.starts(b'#'));
+fn the_lengths_of_a_layout_count_its_header_and_its_trailer() {
+    let layout = mavlink::layout_v2(DIALECT);
+    assert_eq!(layout.longest(), 280);
+    assert_eq!(layout.longest_without_trailer(), 267);
+    assert_eq!(layout.header(), 10);
+    assert_eq!(layout.to_builder().header(), 10);
 }

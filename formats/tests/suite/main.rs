@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;
+mod any_of;
 mod contradictions;
 mod dependency;
 mod display;
@@ -11,7 +12,7 @@ mod nmea;
 mod others;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
-use framelock_formats::layout::KnownMessage;
+use framelock_formats::layout::{KnownMessage, Layout, LayoutBuilder};
 
 /// Receives a stream and calls `see` with each message.
 fn receive<F: Format, const N: usize>(
@@ -53,4 +54,8 @@ fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
     let mut buffer = [0xA5; 300];
     let frame = format.encode_into(message, &mut buffer);
     frame.expect("it is encoded").to_vec()
+}
+
+fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
+    builder.build().expect("its parts agree")
 }

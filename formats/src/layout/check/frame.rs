@@ -122,18 +122,19 @@ const fn shortest_length(
     if field.factor == 0 {
         return None;
     }
-    let bits = field.mask & all_bits(&field.number);
+    let bits = (field.mask & all_bits(&field.number)) as u64;
+    let (known, values) = (known as u64 & bits, (values & known) as u64 & bits);
     let wanted = (layout.shortest as u64).saturating_add_signed((field.plus as i64).wrapping_neg());
     let wanted = wanted.div_ceil(field.factor as u64);
-    let Some(number) = smallest(wanted, bits, known & bits, values & known & bits) else {
+    let Some(number) = smallest(wanted, bits, known, values) else {
         return None;
     };
     if let Some(message) = message {
-        if number > message.longest_payload as u32 {
+        if number > message.longest_payload as u64 {
             return None;
         }
     }
-    let counted = (number as u64).wrapping_mul(field.factor as u64);
+    let counted = number.wrapping_mul(field.factor as u64);
     let length = counted.saturating_add_signed(field.plus as i64);
     if length > layout.longest as u64 {
         return None;
@@ -146,18 +147,13 @@ const fn shortest_length(
 }
 
 /// Returns the smallest number that is at least `from`, has no bits outside `bits`, and agrees with the known bits.
-const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> {
-    if from > u32::MAX as u64 {
-        return None;
-    }
-    #[expect(clippy::cast_possible_truncation, reason = "just compared")]
-    let from = from as u32;
+const fn smallest(from: u64, bits: u64, known: u64, values: u64) -> Option<u64> {
     if from & !bits == 0 && from & known == values {
         return Some(from);
     }
     // Otherwise the result is greater than `from`. The highest bit in which the two differ is 1 in the result and 0 in
     // `from`. Below this bit, the result has the smallest possible value.
-    let mut bit = 1_u32;
+    let mut bit = 1_u64;
     while bit != 0 {
         let below = bit.wrapping_sub(1);
         let above = from & !(bit | below);
