@@ -544,7 +544,7 @@ fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification 
             Classification::Rejected(DiscardReason::BadHeader)
         }
         Classification::Incomplete { at_least }
-            if at_least <= bytes.len() || at_least > longest =>
+            if at_least <= bytes.len() || longest < at_least =>
         {
             Classification::Incomplete {
                 at_least: bytes.len().wrapping_add(1),

@@ -63,6 +63,13 @@ pub(crate) enum Verdict {
     Proved,
 }
 
+impl Verdict {
+    /// Returns true if the harness has an answer, and the answer is not a proof.
+    pub(crate) const fn is_failure(self) -> bool {
+        !matches!(self, Self::Error | Self::NoAnswerInTime | Self::Proved)
+    }
+}
+
 /// A part of CBMC's answer.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]

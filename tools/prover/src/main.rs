@@ -28,8 +28,13 @@ use compile::Sources;
 use harness::{Harness, Language, harnesses};
 use proof_cache::ProofCache;
 
+const EXIT_CODES: &str = "\
+Exit codes: 0 all harnesses are proved, 1 a harness fails, 2 the prover cannot run, \
+3 no harness fails, but some could not be checked, or have no answer within the time limit.";
+
 /// Check the Kani harnesses of the workspace in this folder with CBMC alone
 #[derive(Parser)]
+#[command(after_help = EXIT_CODES)]
 struct Arguments {
     #[arg(default_value = "prove")]
     action: Action,
@@ -86,8 +91,7 @@ enum OutputFormat {
 
 fn main() -> ExitCode {
     match run(&Arguments::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(2)
@@ -95,14 +99,14 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the action. Returns whether everything passed.
-fn run(arguments: &Arguments) -> Result<bool> {
+/// Runs the action. Returns the exit code.
+fn run(arguments: &Arguments) -> Result<ExitCode> {
     child_processes::end_with_the_prover()?;
     let sources = Sources::new(&arguments.packages)?;
     match arguments.action {
         Action::Prove => prove(&sources, arguments),
-        Action::List => list(&sources, arguments).map(|()| true),
-        Action::Clippy => sources.clippy().map(|()| true),
+        Action::List => list(&sources, arguments).map(|()| ExitCode::SUCCESS),
+        Action::Clippy => sources.clippy().map(|()| ExitCode::SUCCESS),
     }
 }
 
@@ -148,7 +152,7 @@ fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
+fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let files = c_file::read(arguments.c_folder.as_deref())?;
     let mut harnesses = selected(sources, &files, arguments)?;
     let module = sources.improved()?;
@@ -172,7 +176,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
         };
         let answer = cbmc::check(&cbmc, program, &harness, &cache, limit);
         show(&answer, arguments.format);
-        if arguments.fail_fast && answer.verdict != Verdict::Proved {
+        if arguments.fail_fast && answer.verdict.is_failure() {
             child_processes::end_all(1);
         }
         answer
@@ -188,7 +192,14 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     } else {
         println!("{count} proved, {} failed", answers.len() - count);
     }
-    Ok(count == answers.len())
+    let any_fails = answers.iter().any(|answer| answer.verdict.is_failure());
+    Ok(if any_fails {
+        ExitCode::FAILURE
+    } else if count < answers.len() {
+        ExitCode::from(3)
+    } else {
+        ExitCode::SUCCESS
+    })
 }
 
 /// Prints the outcome of a harness as soon as it is known. Prints the details only with the format
