@@ -8,6 +8,7 @@ mod checksum;
 mod examples;
 mod failsafe;
 mod lecture_table;
+mod parser;
 mod protocol_findings;
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;
