@@ -287,7 +287,7 @@ impl<F: FrameBytes> Window<F> {
         // Bytes from before the slice may be pending. Push bytes of the slice one by one until the earlier bytes are
         // decided.
         let mut at = 0_usize;
-        while at < Self::MOST && self.pending(shape) > 0 {
+        while at < Self::MOST && self.pending(shape) != 0 {
             let Some(&byte) = bytes.get(at) else {
                 return;
             };

@@ -2,7 +2,7 @@
 //! receiver keeps the longest suffix that can still become a frame.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{FixedFormat, Receiver};
+use framelock::{FixedFormat, Parser as _, Receiver};
 use framelock_proofs::reference;
 
 /// Returns every history of up to `length` bytes over a small alphabet.
@@ -77,6 +77,31 @@ fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
     for history in histories(7, &[b'A', b'B', b'\r', right]) {
         step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);
     }
+}
+
+/// `push` writes no note about the pending bytes, so the next `push_with` computes what the note would say.
+#[test]
+fn after_push_the_outcomes_of_push_with_are_the_same() {
+    let told = |receiver: &mut Receiver<Bin>, byte| {
+        let mut outcomes = Vec::new();
+        let setpoint = receiver.push_with(byte, |one| outcomes.push(one));
+        (setpoint, outcomes)
+    };
+    let (mut frames, mut discarded) = (0, 0);
+    for history in histories(6, &[b'A', b'B', b'\r', 0]) {
+        let mut noted = Receiver::new();
+        for &byte in &history {
+            told(&mut noted, byte);
+        }
+        for byte in [b'A', b'B', b'\r', 0] {
+            let [by_push, by_push_with] =
+                [after(&history), noted].map(|mut receiver| told(&mut receiver, byte));
+            assert_eq!(by_push, by_push_with, "{history:02X?} {byte:02X}");
+            frames += usize::from(by_push.0.is_some());
+            discarded += usize::from(by_push.1.len() > 1);
+        }
+    }
+    assert!(frames > 10 && discarded > 10, "{frames} {discarded}");
 }
 
 /// Two receivers are equal if and only if the same bytes are pending in both. So equal receivers treat all following
