@@ -5,6 +5,7 @@
 mod against_reference;
 mod buffered;
 mod checksum;
+mod display;
 mod examples;
 mod failsafe;
 mod lecture_table;
