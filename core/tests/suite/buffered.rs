@@ -1,5 +1,7 @@
 //! Tests the receiver of frames of any length with streams in which a false start comes before two frames.
 
+use std::cell::RefCell;
+
 use framelock::{BufferedReceiver, Classification, DiscardReason, Format, LineEvent};
 
 /// `'#' length payload`, where the last byte must be a letter.
@@ -86,6 +88,31 @@ fn a_line_event_delivers_the_frame_after_a_false_start() {
     });
     assert_eq!(found, [(1, None), (1, None), (3, Some(b"a".to_vec()))]);
     assert_eq!(receiver.pending(), 0);
+}
+
+/// The receiver asks about one byte, about two bytes, and about the whole frame.
+#[test]
+fn the_format_is_asked_only_when_it_has_enough_bytes() {
+    #[derive(Clone, Copy)]
+    struct Noted<'a>(&'a RefCell<Vec<usize>>);
+    impl Format for Noted<'_> {
+        const LONGEST: usize = 9;
+        type Message<'a> = &'a [u8];
+        fn classify(&self, bytes: &[u8]) -> Classification {
+            self.0.borrow_mut().push(bytes.len());
+            Short.classify(bytes)
+        }
+        fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+            Short.decode(frame)
+        }
+    }
+    let asked = RefCell::new(Vec::new());
+    let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Noted(&asked));
+    let frames = b"#\x07bcdefgh".iter();
+    let frames = frames.filter(|&&byte| receiver.push(byte).is_some());
+    assert_eq!(frames.count(), 1);
+    asked.borrow_mut().dedup();
+    assert_eq!(asked.into_inner(), [1, 2, 9]);
 }
 
 /// One call of `found` reports all bytes up to the next byte that may begin a frame.
