@@ -152,6 +152,7 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (sum(CHECKSUM.encoding(Encoding::Hex)), Part::Checksum, "checksum: it is outside of the shortest", sum(CHECKSUM.encoding(Encoding::Hex).at(-2).to(-3))),
     (FIXED.checksum(Checksum::at_the_end(1).at(-12)), Part::Checksum, "checksum: it is outside of the shortest", FIXED.checksum(Checksum::at_the_end(1).at(-2).to(-3))),
     (sum(CHECKSUM.to(-1)), Part::Checksum, "checksum: it covers itself", sum(CHECKSUM.to(-2))),
+    (AT_2.checksum(CHECKSUM.at(2).from(3).to(8)), Part::Checksum, "checksum: the bytes that it covers", AT_2.checksum(CHECKSUM.at(2).from(3).to(7))),
     (sum(CHECKSUM.to(20)), Part::Checksum, "checksum: the bytes that it covers", sum(CHECKSUM.to(2))),
     (sum(CHECKSUM.from(4)).shortest(4), Part::Checksum, "checksum: the bytes that it covers", sum(CHECKSUM.from(3)).shortest(4)),
     (sum(CHECKSUM.from(-5)).shortest(4), Part::Checksum, "checksum: the bytes that it covers", sum(CHECKSUM.from(-4)).shortest(4)),
