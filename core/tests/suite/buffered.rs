@@ -1,4 +1,4 @@
-//! Tests the receiver of frames of any length with streams in which a false start comes before two frames.
+//! Tests the receiver of frames of any length: false starts, runs of noise, buffers, and when it asks the format.
 
 use std::cell::RefCell;
 

@@ -267,8 +267,11 @@ impl Run<'_> {
         }
         if answer.verdict == Verdict::Proved {
             fs::write(proof, answer.properties.to_string())?;
-            let seconds = self.start.elapsed().as_secs_f64();
-            fs::write(cache.seconds_file(self.harness), seconds.to_string())?;
+            let milliseconds = self.start.elapsed().as_millis();
+            fs::write(
+                cache.milliseconds_file(self.harness),
+                milliseconds.to_string(),
+            )?;
         }
         Ok(())
     }

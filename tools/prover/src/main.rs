@@ -164,8 +164,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     // Start with the slowest harnesses, so that no core waits for one of them at the end. But a wrong change makes many
     // harnesses fail, so the fastest of them shows it first. For an unknown time, harnesses with the greatest lengths,
     // which come last, probably take longest.
-    let seconds = |harness: &Harness| cache.seconds(harness).unwrap_or(f64::MAX);
-    harnesses.sort_by(|one, other| seconds(one).total_cmp(&seconds(other)));
+    harnesses.sort_by_cached_key(|harness| cache.milliseconds(harness).unwrap_or(u128::MAX));
     if !arguments.fail_fast {
         harnesses.reverse();
     }
@@ -190,7 +189,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     if arguments.format == OutputFormat::Json {
         println!("{:#}", json!(answers));
     } else {
-        println!("{count} proved, {} failed", answers.len() - count);
+        println!("{count} proved, {} not proved", answers.len() - count);
     }
     let any_fails = answers.iter().any(|answer| answer.verdict.is_failure());
     Ok(if any_fails {

@@ -42,17 +42,17 @@ impl ProofCache {
         self.harnesses.join(format!("{name}.c"))
     }
 
-    /// Returns how many seconds the harness's last proof took, or `None` if it was never proved here.
-    pub(crate) fn seconds(&self, harness: &Harness) -> Option<f64> {
-        fs::read_to_string(self.seconds_file(harness))
+    /// Returns how many milliseconds the harness's last proof took, or `None` if it was never proved here.
+    pub(crate) fn milliseconds(&self, harness: &Harness) -> Option<u128> {
+        fs::read_to_string(self.milliseconds_file(harness))
             .ok()?
             .parse()
             .ok()
     }
 
-    /// Returns the path of the file with the seconds that the harness's last proof took.
-    pub(crate) fn seconds_file(&self, harness: &Harness) -> PathBuf {
-        self.source(harness).with_extension("seconds")
+    /// Returns the path of the file with the milliseconds that the harness's last proof took.
+    pub(crate) fn milliseconds_file(&self, harness: &Harness) -> PathBuf {
+        self.source(harness).with_extension("milliseconds")
     }
 
     /// Returns the path of the file that records the proof of this program. If the file exists, the program was proved;
