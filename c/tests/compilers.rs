@@ -1,5 +1,6 @@
 //! C and C++ compilers, and the packages that they need.
 
+use std::ffi::OsStr;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -82,14 +83,40 @@ impl Compiler {
         );
     }
 
-    /// Compiles a source file. A warning is an error.
+    /// Compiles a source file in the folder of the output. Unless `-c` is one of the options, links a program. A warning
+    /// is an error.
     pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
         let (name, own) = self.command.split_first().unwrap();
-        let mut command = Command::new(name);
-        command.args(own).args(WARNINGS).arg(source);
-        command.args(options).arg("-o").arg(output);
-        succeeds(&mut command, &[], self.package);
+        let folder = output.parent().unwrap();
+        let run = |mut command: Command, files: [&OsStr; 4]| {
+            command.args(own).args(WARNINGS).args(options).args(files);
+            let package = format!("{} ccache", self.package);
+            succeeds(command.current_dir(folder), &[], &package);
+        };
+        let object = output.with_extension("o").into_os_string();
+        run(
+            cached(name),
+            ["-c".as_ref(), source.as_ref(), "-o".as_ref(), &object],
+        );
+        if !options.contains(&"-c") {
+            run(
+                Command::new(name),
+                ["-xnone".as_ref(), &object, "-o".as_ref(), output.as_ref()],
+            );
+        }
     }
+}
+
+/// Returns a command that compiles with this compiler, unless the same source has been compiled before. The outputs are
+/// kept in the build folder. The command is the same in each temporary folder only if its paths are relative.
+pub(crate) fn cached(compiler: &str) -> Command {
+    let mut command = Command::new("ccache");
+    command.arg(compiler);
+    command.env(
+        "CCACHE_DIR",
+        concat!(env!("CARGO_TARGET_TMPDIR"), "/ccache"),
+    );
+    command
 }
 
 /// Runs a program that must exit successfully. Returns its standard output, followed by its standard error. `package`

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, succeeds};
+use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, succeeds};
 use crate::headers;
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
@@ -28,11 +28,10 @@ fn programs_of_the_page_compile() {
     let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {
-        let source = here.path().join("page.c");
-        fs::write(&source, program).unwrap();
+        fs::write(here.path().join("page.c"), program).unwrap();
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
             compiler.compile(
-                &source,
+                "page.c".as_ref(),
                 &["-Os", "-c", &include],
                 &here.path().join("page.o"),
             );
@@ -43,8 +42,7 @@ fn programs_of_the_page_compile() {
 /// Debian's core for Arduino boards, from the package arduino-core-avr.
 const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
 
-fn arduino_compiler(name: &str) -> Command {
-    let mut command = Command::new(name);
+fn for_arduino(mut command: Command) -> Command {
     command.args(["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819"]);
     command.args(["-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR", "-Os"]);
     command.args(["-ffunction-sections", "-fdata-sections"]);
@@ -74,7 +72,7 @@ fn arduino_examples_compile() {
             .path()
             .join(source.file_name().unwrap())
             .with_extension("o");
-        let mut command = arduino_compiler(compiler);
+        let mut command = for_arduino(cached(compiler));
         if compiler == "avr-g++" {
             // This compiler's float.h has no DECIMAL_DIG for C++.
             command.args(["-std=gnu++11", "-DDECIMAL_DIG=__DECIMAL_DIG__"]);
@@ -94,7 +92,7 @@ fn arduino_examples_compile() {
             .join("examples")
             .join(example)
             .join(format!("{example}.ino"));
-        let mut command = arduino_compiler("avr-g++");
+        let mut command = for_arduino(Command::new("avr-g++"));
         command.args([
             "-std=gnu++11",
             "-Wall",

@@ -357,12 +357,11 @@ fn in_c(cases: &[Case]) {
         "int main(void)\n{{\nimpossible();\n{main}return 0;\n}}"
     )
     .unwrap();
-    let source = folder.path().join("generated.c");
-    fs::write(&source, text).unwrap();
+    fs::write(folder.path().join("generated.c"), text).unwrap();
     let program = folder.path().join("program");
     let include = format!("-I{}", beside("").display());
     for compiler in [&GCC, &CLANGXX] {
-        compiler.compile_with_sanitizers(&source, &[&include], &program);
+        compiler.compile_with_sanitizers("generated.c".as_ref(), &[&include], &program);
         let found = succeeds(&mut Command::new(&program), &input(cases), "");
         check(&found, cases);
     }

@@ -86,9 +86,13 @@ fn no_compiler_warns_of_headers() {
     let tables = "#define FAILSAFE_AXES 6\n#define FAILSAFE_DEMAND uint16_t\n";
     for compiler in &ALL {
         for (variant, first) in ["", &defined, &declared, tables].iter().enumerate() {
-            let source = here.path().join(format!("headers{variant}.c"));
-            fs::write(&source, format!("{first}{included}")).unwrap();
-            compiler.compile(&source, &["-Os", "-c"], &here.path().join("headers.o"));
+            let source = format!("headers{variant}.c");
+            fs::write(here.path().join(&source), format!("{first}{included}")).unwrap();
+            compiler.compile(
+                source.as_ref(),
+                &["-Os", "-c"],
+                &here.path().join("headers.o"),
+            );
         }
     }
 }

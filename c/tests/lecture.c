@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <stdint.h>
 
+#include "page.c"
+
 static int received;
 
 uint8_t uart_read(void)
@@ -10,15 +12,9 @@ uint8_t uart_read(void)
     return (uint8_t)received;
 }
 
-void receive_interrupt(void);
-
 #ifdef FRAMELOCK
-#include "bin.h"
-extern bin_message setpoint;
-void start(void);
 #define SETPOINT setpoint.pitch, setpoint.roll, setpoint.yaw
 #else
-extern volatile uint8_t pitch, roll, yaw;
 #define start()
 #define SETPOINT pitch, roll, yaw
 #endif

@@ -52,16 +52,14 @@ fn the_lectures_code_does_what_lecture_does_and_the_other_what_receiver_does() {
     let [lectures, _, _, ours] = blocks(PAGE, "c")[..] else {
         panic!("the page has four blocks of C");
     };
-    let rest = beside("lecture.c");
     let include = format!("-I{}", headers::folder().display());
     for (code, option, expected) in [
         (lectures, "-UFRAMELOCK", lecture),
         (ours, "-DFRAMELOCK", receiver),
     ] {
-        let page = folder.path().join("page.c");
         let program = folder.path().join("program");
-        fs::write(&page, code).unwrap();
-        GCC.compile(&page, &[rest.to_str().unwrap(), option, &include], &program);
+        fs::write(folder.path().join("page.c"), code).unwrap();
+        GCC.compile(&beside("lecture.c"), &["-I.", option, &include], &program);
         let found = succeeds(&mut Command::new(program), &stream, "");
         assert_same(&found, &expected);
     }

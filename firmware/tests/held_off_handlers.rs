@@ -1,7 +1,7 @@
 //! Tests with late interrupt handlers. As long as the UARTE's FIFO has room, nothing is lost. When it is full, losses
 //! are reported, and no wrong setpoint is committed.
 
-use crate::firmware::{self, Firmware, Setpoint, is_some_of};
+use crate::firmware::{self, Firmware, Setpoint, is_some_of, sample};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
 /// Each entry has the image, the cycles of a byte, and two delays in microseconds. `README.md` promises that handlers
@@ -41,7 +41,7 @@ fn for_as_long_as_promised_nothing_is_lost_wherever_it_begins() {
             let is_less = at_start_bit || starts.assumptions.overrun_at_start_bit;
             let promised = promised[usize::from(is_less)];
             for part in 1..=4 {
-                for phase in 0..24 {
+                for phase in sample(0..24, 3) {
                     let (from, length) = (20 * byte + phase * byte / 8, promised * part / 4);
                     let length = length * MICROSECOND;
                     let (firmware, sent, commits) = flood(image, at_start_bit, 20, from, length);
@@ -55,9 +55,10 @@ fn for_as_long_as_promised_nothing_is_lost_wherever_it_begins() {
 
 #[test]
 fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
-    let mut reported = 0;
+    let (mut reported, mut count) = (0, 0);
     for (image, byte, [promised, _]) in PROMISED {
-        for times in 1..40 {
+        for times in sample(1..40, 2) {
+            count += 1;
             let length = promised * times / 2;
             let (firmware, sent, commits) =
                 flood(image, false, 150, 7 * byte, length * MICROSECOND);
@@ -74,5 +75,5 @@ fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
             assert!(lost <= most, "{image}: {lost} frames lost by {length} us");
         }
     }
-    assert!(reported > 40, "{reported}");
+    assert!(2 * reported > count, "{reported} of {count}");
 }

@@ -275,3 +275,84 @@ delimiters!(keeps_the_laws:
     delimiters_of_one_byte 1 1 2 delimiters_of_two_bytes 1 2 1 delimiters_without_a_sync 0 2 1);
 delimiters!(what_was_seen_changes_nothing:
     seen_without_delimiters_of_one_byte 1 1 2 seen_without_delimiters_of_two_bytes 1 2 1);
+
+/// Returns the length of the frame at the beginning of the bytes, as the layout finds it by its delimiter. The layout has
+/// two terminators of one byte each.
+fn length_by_delimiter(
+    bytes: [u8; 3],
+    ends: [[u8; 1]; 2],
+    content: &[(u8, u8)],
+    others: &[&[u8]],
+) -> Option<usize> {
+    let layout = Layout {
+        sync: Patterns::NONE,
+        length: Length::Delimiter,
+        shortest: 1,
+        longest: 3,
+        fixed: &[],
+        messages: None,
+        checksum: None,
+        terminator: patterns(&ends),
+        content,
+        other_terminators: others,
+        trailer: None,
+    };
+    let header = Header {
+        length: None,
+        trailer: 0,
+        extra: None,
+    };
+    let frame = layout.frame_of(&header, &bytes, 0);
+    frame.ok().map(<[u8]>::len)
+}
+
+/// A frame without a content ends after its first terminator.
+#[kani::proof]
+#[kani::unwind(5)]
+fn where_a_frame_ends() {
+    let (bytes, ends) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
+    let is_end = |byte: u8| byte == ends[0][0] || byte == ends[1][0];
+    let [first, second, third] = bytes.map(is_end);
+    let expected = match (first, second, third) {
+        (true, ..) => Some(1),
+        (_, true, _) => Some(2),
+        (.., true) => Some(3),
+        _ => None,
+    };
+    assert!(length_by_delimiter(bytes, ends, &[], &[]) == expected);
+    kani::cover!(expected == Some(3), "a frame");
+}
+
+/// A frame with a content ends after the terminator that follows the content.
+#[kani::proof]
+#[kani::unwind(5)]
+fn where_a_frame_with_a_content_ends() {
+    let (bytes, ends) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
+    let (range, other) = kani::any::<((u8, u8), [u8; 2])>();
+    let is_content = |byte: u8| range.0 <= byte && byte <= range.1;
+    let is_end = |byte: u8| byte == ends[0][0] || byte == ends[1][0];
+    // `build` rejects terminators that begin with each other.
+    kani::assume(!is_end(other[0]));
+    let [first, second, third] = bytes.map(is_content);
+    let expected = if !first {
+        if is_end(bytes[0]) {
+            Some(1)
+        } else {
+            ([bytes[0], bytes[1]] == other).then_some(2)
+        }
+    } else if !second {
+        if is_end(bytes[1]) {
+            Some(2)
+        } else {
+            ([bytes[1], bytes[2]] == other).then_some(3)
+        }
+    } else {
+        (!third && is_end(bytes[2])).then_some(3)
+    };
+    assert!(length_by_delimiter(bytes, ends, &[range], &[&other]) == expected);
+    kani::cover!(first && second && expected == Some(3), "a terminator");
+    kani::cover!(
+        first && !second && expected == Some(3),
+        "another terminator"
+    );
+}

@@ -3,6 +3,8 @@
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use serde::Deserialize;
 
+use crate::kept::kept;
+
 /// The name of a checksum in a description.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
@@ -104,7 +106,7 @@ impl TryFrom<String> for Named {
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {
-            let tables = Box::leak(Box::new(crc.table_of_sixteens()));
+            let tables = kept(crc.table_of_sixteens());
             Algorithm::Crc(crc.table(Table::Sixteens(tables)))
         }
         sum => sum,

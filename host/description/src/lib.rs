@@ -43,6 +43,7 @@ mod entries;
 mod field;
 pub mod hex;
 mod item;
+mod kept;
 mod kind;
 mod positions;
 pub mod text;
@@ -297,7 +298,7 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     Ok(Description {
         kinds,
         columns,
-        layouts: layouts.leak(),
+        layouts: kept::kept(layouts),
     })
 }
 

@@ -16,6 +16,7 @@ use crate::entries::{
     Values, at, missing, wrong,
 };
 use crate::field::Type;
+use crate::kept::kept;
 use crate::kind::{Kind, LONGEST};
 use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
@@ -70,16 +71,16 @@ fn untabled(
     let mut fields = fields.collect::<Result<Vec<_>, _>>()?;
     let messages = messages(written)?;
     let mut builder = Layout::builder()
-        .sync(leaked(sync))
+        .sync(patterns(sync))
         .length(length)
-        .terminator(leaked(terminator));
+        .terminator(patterns(terminator));
     if let Some(ends) = ends {
         let others = ends.others.iter();
-        let others: Vec<&[u8]> = others.map(|end| &*end.clone().leak()).collect();
-        builder = builder.other_terminators(others.leak());
+        let others: Vec<&[u8]> = others.map(|end| &**kept(end.clone())).collect();
+        builder = builder.other_terminators(kept(others));
     }
     if let Some(entry) = &written.content {
-        builder = builder.content(entry.get_ref().0.clone().leak());
+        builder = builder.content(kept(entry.get_ref().0.clone()));
     }
     if let Some(entry) = &written.trailer {
         let trailer = entry.get_ref().trailer();
@@ -114,7 +115,7 @@ fn untabled(
     let built = builder
         .shortest(shortest)
         .longest(longest)
-        .fixed(fixed.leak())
+        .fixed(kept(fixed))
         .build();
     let layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
     let kind = Kind {
@@ -166,8 +167,8 @@ fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) 
     Problem(place.unwrap_or_default(), contradiction.message().into())
 }
 
-fn leaked(alternatives: &Alternatives) -> Patterns<'static> {
-    Patterns::any_of(alternatives.bytes.clone().leak(), alternatives.length)
+fn patterns(alternatives: &Alternatives) -> Patterns<'static> {
+    Patterns::any_of(kept(alternatives.bytes.clone()), alternatives.length)
 }
 
 fn length(written: &FrameEntry) -> Result<Length, Problem> {
@@ -317,7 +318,7 @@ fn message_names(messages: &KnownMessages) -> Vec<(u32, &'static str)> {
 fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessage] {
     let mut messages: Vec<KnownMessage> = messages.collect();
     messages.sort_by_key(|message| message.number);
-    messages.leak()
+    kept(messages)
 }
 
 /// Returns a list of messages for a kind that has fixed bits after the header. The list makes a receiver check these bits

@@ -210,13 +210,16 @@ fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
     use crate::theorems::{is_called, theorems};
 
-    /// Returns the harnesses of the theorems, and those of the prover's own tests.
-    fn harnesses(workspace: &Workspace) -> (Vec<String>, Vec<String>) {
-        let mut prover =
-            Prover::new(workspace, Some(Engine::Offline)).expect("the offline prover is available");
+    /// The harnesses of the theorems, and those of the prover's own tests.
+    static HARNESSES: LazyLock<(Vec<String>, Vec<String>)> = LazyLock::new(|| {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let mut prover = Prover::new(&workspace, Some(Engine::Offline))
+            .expect("the offline prover is available");
         let theorems = prover.listed().expect("the harnesses compile");
         prover.packages = vec![CHECKED];
         let checked = prover.list().expect("the harnesses compile");
@@ -228,13 +231,13 @@ mod tests {
             );
         }
         (theorems.into_iter().map(|one| one.name).collect(), checked)
-    }
+    });
 
     #[test]
     fn every_seeded_bug_fits_the_sources_and_every_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
-        let (theorems, checked) = harnesses(&workspace);
+        let (theorems, checked) = &*HARNESSES;
         let proofs = read(root, PROOFS).expect("a list");
         let firmware = read(root, FIRMWARE).expect("a list");
         for bug in proofs.bug.iter().chain(&firmware.bug) {
@@ -247,11 +250,11 @@ mod tests {
                 bug.mistake
             );
             for end in &bug.harnesses {
-                let all = theorems.iter().chain(&checked);
+                let all = theorems.iter().chain(checked);
                 assert_eq!(all.filter(|one| is_called(one, end)).count(), 1, "{end}");
             }
         }
-        for harness in &theorems {
+        for harness in theorems {
             let mut broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
             let is_broken = broken.any(|end| is_called(harness, end));
             assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
@@ -293,13 +296,13 @@ mod tests {
     #[test]
     fn every_theorem_of_the_table_has_a_harness_and_every_harness_a_theorem() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let (harnesses, _) = harnesses(&workspace);
+        let (harnesses, _) = &*HARNESSES;
         let theorems = theorems(&workspace.root).expect("a table");
         for theorem in &theorems {
             let is_shown = harnesses.iter().any(|one| theorem.is_shown_by(one));
             assert!(is_shown, "no harness: {}", theorem.title);
         }
-        for harness in &harnesses {
+        for harness in harnesses {
             let has_one = theorems.iter().any(|theorem| theorem.is_shown_by(harness));
             assert!(has_one, "no theorem names {harness}");
         }

@@ -63,8 +63,10 @@ fn install_for_c(workspace: &Workspace) -> Result<()> {
 /// The folder of Debian's core for Arduino boards.
 const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
 
-/// The Debian packages with compilers and a build system for C, and with a simulator of an AVR.
-const PACKAGES_FOR_C: [&str; 7] = [
+/// The Debian packages with compilers and a build system for C, a cache of what they compiled, and a simulator of an
+/// AVR.
+const PACKAGES_FOR_C: [&str; 8] = [
+    "ccache",
     "clang",
     "cmake",
     "gcc-arm-none-eabi",

@@ -1,14 +1,16 @@
 //! The firmware: builds its images, checks them with clippy, and runs their tests in the emulator.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
+use cargo_metadata::Message;
 use object::read::elf::{ElfFile32, ProgramHeader as _};
 use object::{Endianness, elf::PT_LOAD};
 use xshell::{Cmd, Shell, cmd};
 
 use crate::bare_metal::Compiler;
+use crate::passed_before::PassedBefore;
 use crate::stage_report::{self, Report, TestCount};
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 
@@ -17,6 +19,9 @@ pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The package that tests the images.
 pub(crate) const TESTS: &str = "framelock-firmware-tests";
+
+/// The variable that makes the tests try all cases, not a sample.
+const ALL_CASES: &str = "FRAMELOCK_ALL_CASES";
 
 /// A build: the image's name, the program, and the options that select its features.
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
@@ -83,7 +88,21 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
 /// Runs the stage that tests the release images in the emulator, and compares the formats' costs on the chip.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
-    stage_report::run_tests(&mut tests, &mut report.tests)?;
+    let images = images(workspace, &workspace.root);
+    let mut inputs: Vec<PathBuf> = BUILDS
+        .iter()
+        .map(|(name, ..)| images.join(format!("{name}.elf")))
+        .collect();
+    inputs.push(test_program(workspace)?);
+    inputs.push(workspace.root.join("firmware/FIGURES.txt"));
+    let before = PassedBefore::new(images.join("passed"), &inputs)?;
+    if let Some(count) = before.count() {
+        "as before: images and tests have not changed".clone_into(&mut report.says);
+        report.tests.passed += count;
+    } else {
+        stage_report::run_tests(&mut tests, &mut report.tests)?;
+        before.write(report.tests.passed)?;
+    }
     let mut formats = workspace.cargo_test();
     formats.args([
         "--bench",
@@ -100,16 +119,17 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     Ok(())
 }
 
-/// Runs the stage of the firmware's slow tests. It first tests the images with many more random
-/// streams, also under random combinations of assumptions about the chip. Then it repeats all tests
-/// under each single assumption.
+/// Runs the stage of the firmware's slow tests, with all cases of each test. It first runs all tests with many more
+/// random streams, also under random combinations of assumptions about the chip. Then it repeats all tests under each
+/// single assumption.
 pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut random = tests(workspace, &workspace.root)?;
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
         random.env("FRAMELOCK_RANDOM_RUNS", "20000");
     }
-    stage_report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
+    stage_report::run_tests(random.env(ALL_CASES, "1"), &mut report.tests)?;
     let mut each = tests(workspace, &workspace.root)?;
+    each.env(ALL_CASES, "1");
     stage_report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
@@ -187,6 +207,28 @@ fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     tests.args(["--test", "firmware"]);
     tests.env("FRAMELOCK_IMAGES", images);
     Ok(tests)
+}
+
+/// Builds the program of the firmware's tests. Returns its path.
+pub(crate) fn test_program(workspace: &Workspace) -> Result<PathBuf> {
+    let mut cargo = workspace.cargo_test();
+    cargo.args([
+        "--test",
+        "firmware",
+        "--no-run",
+        "--message-format=json-render-diagnostics",
+    ]);
+    let output = cargo.stderr(Stdio::inherit()).output()?;
+    ensure!(
+        output.status.success(),
+        "the firmware's tests do not compile"
+    );
+    let messages = Message::parse_stream(output.stdout.as_slice());
+    let programs = messages.filter_map(|message| match message {
+        Ok(Message::CompilerArtifact(made)) if made.target.name == "firmware" => made.executable,
+        _ => None,
+    });
+    Ok(programs.last().context("cargo names no program")?.into())
 }
 
 /// Copies the firmware's sources to a folder in which mistakes are then seeded. The firmware is a

@@ -9,11 +9,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
-use anyhow::{Context as _, Result, ensure};
-use cargo_metadata::Message;
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use serde::Deserialize;
 use xshell::{Shell, cmd};
@@ -184,7 +183,7 @@ struct Tests {
 impl Tests {
     /// Prepares the tests. All of them must pass with the unchanged firmware.
     fn of(workspace: &Workspace, images: PathBuf) -> Result<Self> {
-        let program = test_program(workspace)?;
+        let program = firmware::test_program(workspace)?;
         let list = Command::new(&program)
             .args(["--list", "--format=terse"])
             .output()?;
@@ -223,26 +222,4 @@ impl Tests {
         }
         Ok(None)
     }
-}
-
-/// Builds the program of the firmware's tests. Returns its path.
-fn test_program(workspace: &Workspace) -> Result<PathBuf> {
-    let mut cargo = workspace.cargo_test();
-    cargo.args([
-        "--test",
-        "firmware",
-        "--no-run",
-        "--message-format=json-render-diagnostics",
-    ]);
-    let output = cargo.stderr(Stdio::inherit()).output()?;
-    ensure!(
-        output.status.success(),
-        "the firmware's tests do not compile"
-    );
-    let messages = Message::parse_stream(output.stdout.as_slice());
-    let programs = messages.filter_map(|message| match message {
-        Ok(Message::CompilerArtifact(made)) if made.target.name == "firmware" => made.executable,
-        _ => None,
-    });
-    Ok(programs.last().context("cargo names no program")?.into())
 }
