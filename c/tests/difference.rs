@@ -481,6 +481,7 @@ fn shipped_receivers_do_the_same_in_c_and_rust() {
 #[ignore = "cargo xtask verify --only generated runs it"]
 fn so_do_those_with_long_streams() {
     check_shipped(AT_NIGHT);
+    check_shared(AT_NIGHT);
 }
 
 fn check_shipped(bytes: usize) {
@@ -518,7 +519,11 @@ const SHARED_HEADER: &str = "
 
 #[test]
 fn kinds_with_the_same_header_do_the_same() {
-    Case::new("shared", SHARED_HEADER, CrcTable::Nibbles, BYTES).check(&GCC);
+    check_shared(BYTES);
+}
+
+fn check_shared(bytes: usize) {
+    Case::new("shared", SHARED_HEADER, CrcTable::Nibbles, bytes).check(&GCC);
 }
 
 #[test]

@@ -168,16 +168,22 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     assert_lawful(early, late, some, more, longest);
 }
 
+/// A header that does not tell the length of the frame.
+const WITHOUT_LENGTH: Header = Header {
+    length: None,
+    trailer: 0,
+    extra: None,
+};
+
 /// Asserts law 5 for a layout. Only [`Layout::frame_of`] uses `seen`, and it does so only to search for the end of a
 /// frame.
 fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
-    let header = Header {
-        length: None,
-        trailer: 0,
-        extra: None,
+    let end = |bytes, seen| {
+        layout
+            .frame_of(&WITHOUT_LENGTH, bytes, seen)
+            .map(<[u8]>::len)
     };
-    let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
     // If the header was incomplete, the bytes have not been searched for the end of the frame.
     let looked = seen >= layout.header();
@@ -297,12 +303,7 @@ fn length_by_delimiter(
         other_terminators: others,
         trailer: None,
     };
-    let header = Header {
-        length: None,
-        trailer: 0,
-        extra: None,
-    };
-    let frame = layout.frame_of(&header, &bytes, 0);
+    let frame = layout.frame_of(&WITHOUT_LENGTH, &bytes, 0);
     frame.ok().map(<[u8]>::len)
 }
 

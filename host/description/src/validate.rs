@@ -76,7 +76,7 @@ fn untabled(
         .terminator(patterns(terminator));
     if let Some(ends) = ends {
         let others = ends.others.iter();
-        let others: Vec<&[u8]> = others.map(|end| &**kept(end.clone())).collect();
+        let others: Vec<&[u8]> = others.map(|end| kept(end.clone()).as_slice()).collect();
         builder = builder.other_terminators(kept(others));
     }
     if let Some(entry) = &written.content {

@@ -1,6 +1,5 @@
 //! `cargo xtask prove`: checks the theorems with Kani or the offline prover.
 
-use std::env;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
@@ -9,6 +8,7 @@ use clap::ValueEnum;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
+use crate::passed_before::must_repeat;
 use crate::stage_report::{Report, run_tests};
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
@@ -241,8 +241,7 @@ impl Prover {
         for name in names {
             command.args(["--harness", name]);
         }
-        // Hosted machines set CI, and keep the build folder between runs. They must prove everything again.
-        if env::var_os("CI").is_some() {
+        if must_repeat() {
             command.arg("--anew");
         }
         let output = command.stderr(Stdio::inherit()).output()?;
