@@ -1,7 +1,6 @@
 //! Tests that the failsafe in C behaves like the failsafe in Rust: each poll returns the same output and phase.
 
 use std::fmt::Write as _;
-use std::num::NonZeroU32;
 use std::process::Command;
 
 use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};
@@ -25,56 +24,59 @@ impl Trial {
     #[expect(clippy::too_many_lines, reason = "one draw after another")]
     fn new<D: Demand, const AXES: usize>(random: &mut ChaCha8Rng) -> Self {
         let most = D::try_from(u16::MAX).map_or(u16::from(u8::MAX), |_| u16::MAX);
-        let rate = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
-            0 if random.random_range(0..9) == 0 => u32::MAX,
-            1 if random.random_range(0..9) == 0 => random.random::<u32>().max(1),
-            2..5 => random.random_range(1..40),
-            _ => 1,
-        };
         let demand = |random: &mut ChaCha8Rng| {
             let any = random.random_range(0..=most);
             *[0, 1, most, any, any, any].choose(random).unwrap()
         };
         let demands = |random: &mut ChaCha8Rng| [(); AXES].map(|()| demand(random));
         let of = |all: [u16; AXES]| all.map(|it| D::try_from(it).ok().unwrap());
-        let long = if random.random() {
-            1
-        } else {
-            u32::from(most) / 50
+        // Half of the trials have long times, and some have times of any length.
+        let long = *[1, 1, u32::from(most) / 50, 10_000_000]
+            .choose(random)
+            .unwrap();
+        let time = |random: &mut ChaCha8Rng, least: u32, most: u32| match random.random_range(0..60)
+        {
+            0 => least.saturating_sub(1),
+            _ => least.saturating_add(random.random_range(0..most) * long),
         };
-        let hold_after = random.random_range(0..60_u32) * long;
-        let ramp_after = match random.random_range(0..8) {
-            0 => hold_after.saturating_sub(1),
-            _ => (random.random_range(0..200_u32) * long).max(hold_after),
+        let longest_step = time(random, 1, 10);
+        let hold_after = time(random, longest_step, 60);
+        let live = time(random, longest_step, 40);
+        let parameters = FailsafeParameters {
+            park: of(demands(random)),
+            longest_step,
+            hold_after,
+            ramp_after: time(random, hold_after, 200),
+            frames_to_start: random.random_range(0..40_u8) % 5
+                + u8::from(random.random_range(0..9) > 0),
+            approach_for: time(random, 1, 100),
+            approach_travel: time(random, live, 200),
+            live_travel: random.random_bool(0.8).then_some(live),
         };
-        let park = demands(random);
-        let rates = [(); AXES].map(|()| rate(random));
         let mut now: u32 = if random.random() {
             random.random()
         } else {
             u32::MAX - 500
         };
-        let mut steps = [hold_after.to_le_bytes(), ramp_after.to_le_bytes()].concat();
+        let mut steps = vec![];
         let add = |steps: &mut Vec<u8>, all: [u16; AXES]| {
             steps.extend(all.iter().flat_map(|it| it.to_le_bytes()));
         };
-        add(&mut steps, park);
-        steps.extend(rates.iter().flat_map(|it| it.to_le_bytes()));
-        steps.extend(now.to_le_bytes());
-        let parameters = FailsafeParameters {
-            hold_after,
-            ramp_after,
-            park: of(park),
-            ticks_per_unit: rates.map(|it| NonZeroU32::new(it).unwrap()),
-        };
+        add(&mut steps, parameters.park.map(Into::into));
+        for time in [longest_step, hold_after, parameters.ramp_after] {
+            steps.extend(time.to_le_bytes());
+        }
+        steps.push(parameters.frames_to_start);
+        let live = parameters.live_travel.unwrap_or(u32::MAX);
+        for time in [
+            parameters.approach_for,
+            parameters.approach_travel,
+            live,
+            now,
+        ] {
+            steps.extend(time.to_le_bytes());
+        }
         let (mut said, mut phases) = (String::new(), [0; 5]);
-        let mut all = park;
-        // In some trials, so many ticks pass that an axis can reach a 16-bit demand.
-        let ticks = if random.random() {
-            12
-        } else {
-            u32::from(most) / 3
-        };
         let Ok(mut failsafe) = Failsafe::new(parameters, now) else {
             said.push_str("contradiction\n");
             return Self {
@@ -83,24 +85,19 @@ impl Trial {
                 phases,
             };
         };
-        for _ in 0..400 {
-            now = now.wrapping_add(match random.random_range(0..50) {
-                0 => random.random(),
-                1 => 0_u32.wrapping_sub(random.random_range(0..5)),
-                2..6 => random.random_range(0..3_000),
-                _ => random.random_range(0..ticks.min(hold_after.max(2))),
-            });
-            match random.random_range(0..60) {
-                0..30 => {
+        writeln!(said, "{}", parameters.most_per_poll()).unwrap();
+        let mut all = demands(random);
+        for _ in 0..600 {
+            match random.random_range(0..200) {
+                0..100 => {
                     if random.random_range(0..12) == 0 {
                         all = demands(random);
                     }
                     steps.push(0);
-                    steps.extend(now.to_le_bytes());
                     add(&mut steps, all);
-                    failsafe.frame(now, of(all));
+                    failsafe.frame(of(all));
                 }
-                30 => {
+                100 => {
                     let all = demands(random);
                     steps.push(2);
                     steps.extend(now.to_le_bytes());
@@ -108,6 +105,13 @@ impl Trial {
                     failsafe = Failsafe::resumed(parameters, now, of(all)).unwrap();
                 }
                 _ => {
+                    now = now.wrapping_add(match random.random_range(0..60) {
+                        0 => random.random(),
+                        1 => 0_u32.wrapping_sub(random.random_range(0..5)),
+                        2 => random.random_range(0..hold_after.saturating_mul(2).max(1)),
+                        3 => random.random_range(0..parameters.ramp_after.saturating_mul(2).max(1)),
+                        _ => random.random_range(0..=longest_step),
+                    });
                     steps.push(1);
                     steps.extend(now.to_le_bytes());
                     let output = failsafe.poll(now);
@@ -123,7 +127,13 @@ impl Trial {
                     for axis in output.axes {
                         write!(said, " {}", axis.into()).unwrap();
                     }
-                    said.push('\n');
+                    writeln!(
+                        said,
+                        ", {} {}",
+                        failsafe.clock_faults(),
+                        failsafe.late_polls()
+                    )
+                    .unwrap();
                 }
             }
         }

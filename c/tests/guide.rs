@@ -1,7 +1,6 @@
 //! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
 use std::fs;
-use std::num::NonZeroU32;
 use std::process::Command;
 
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
@@ -85,19 +84,14 @@ fn interrupt_handler_with_failsafe() {
     }
 
     let mut line = Line::new(Receiver::<Bin>::new());
-    let parameters = FailsafeParameters {
-        hold_after: 100,
-        ramp_after: 500,
-        park: [128; 3],
-        ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
-    };
+    let parameters = FailsafeParameters::for_clock(1_000, 10, [128; 3]);
     let mut failsafe = Failsafe::new(parameters, 0).unwrap();
     let (mut now, mut text) = (0, String::new());
     for step in steps.chunks_exact(2) {
         match *step {
             [BYTE, byte] => {
                 if let Some(setpoint) = line.push(byte) {
-                    failsafe.frame(now, setpoint);
+                    failsafe.frame(setpoint);
                 }
             }
             [_, 0] => line.line_event(LineEvent::Framing, |_| ()),

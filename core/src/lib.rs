@@ -53,7 +53,7 @@
 //! | [`BufferedReceiver`] | finds frames of any length; takes a [`Format`] | buffer + 3 words |
 //! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 18 words |
 //! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
-//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for the failsafe with three axes |
+//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 104 for the failsafe with three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
 //! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function

@@ -46,6 +46,8 @@ fn main() -> ! {
     else {
         SCB::sys_reset()
     };
+    // Drive the servos' wires low before anything that waits: a servo must not see a floating wire.
+    let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // Turn on the instruction cache, because flash has wait states. After a reset the cache is off.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
@@ -59,7 +61,6 @@ fn main() -> ! {
     let reset_cause = reset::cause(&chip.POWER);
     telemetry::booted(reset_cause);
 
-    let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
@@ -84,7 +85,7 @@ fn main() -> ! {
         let published = Published::now();
         if published != seen {
             seen = published;
-            failsafe.frame(now, published.setpoint());
+            failsafe.frame(published.setpoint());
         }
         let output = failsafe.poll(now);
         servos.show(now, output.axes.into());
@@ -92,6 +93,7 @@ fn main() -> ! {
         let receives = receive::tick();
         line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
+        COUNTERS.show_failsafe(failsafe.clock_faults(), failsafe.late_polls());
         leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
         watchdog.feed(receives);
         if now.wrapping_sub(logged_at) >= LOG_EVERY {

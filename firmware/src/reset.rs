@@ -73,7 +73,8 @@ pub(crate) fn cause(power: &POWER) -> u32 {
     cause.bits()
 }
 
-/// The last output: pitch, roll and yaw in one word, and a check word.
+/// The last output, twice: pitch, roll and yaw in one word, and a check word. If a reset comes while the program writes
+/// one copy, the other copy is whole.
 ///
 /// No start-up code writes to this section. After power-on its content is arbitrary. Any other reset usually leaves it
 /// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only the check word shows
@@ -82,24 +83,26 @@ pub(crate) fn cause(power: &POWER) -> u32 {
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]
-static LAST_OUTPUT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+static LAST_OUTPUT: [[AtomicU32; 2]; 2] = [const { [const { AtomicU32::new(0) }; 2] }; 2];
 
 /// The difference (XOR) between the check word and the output.
 const CHECK: u32 = 0x5E27_0A75;
 
 /// Returns the outputs before the reset, or `None` if they are not known.
 pub(crate) fn last_output() -> Option<Setpoint> {
-    let [output, check] = &LAST_OUTPUT;
-    let output = output.load(Ordering::Relaxed);
-    let is_known = check.load(Ordering::Relaxed) == output ^ CHECK;
-    let [pitch, roll, yaw, _] = output.to_le_bytes();
-    is_known.then_some(Setpoint { pitch, roll, yaw })
+    LAST_OUTPUT.iter().find_map(|[output, check]| {
+        let output = output.load(Ordering::Relaxed);
+        let is_known = check.load(Ordering::Relaxed) == output ^ CHECK;
+        let [pitch, roll, yaw, _] = output.to_le_bytes();
+        is_known.then_some(Setpoint { pitch, roll, yaw })
+    })
 }
 
 /// Stores these outputs in RAM, so that the program can resume them after a reset.
 pub(crate) fn keep_output(Setpoint { pitch, roll, yaw }: Setpoint) {
     let output = u32::from_le_bytes([pitch, roll, yaw, 0]);
-    let [word, check] = &LAST_OUTPUT;
-    word.store(output, Ordering::Relaxed);
-    check.store(output ^ CHECK, Ordering::Relaxed);
+    for [word, check] in &LAST_OUTPUT {
+        word.store(output, Ordering::Relaxed);
+        check.store(output ^ CHECK, Ordering::Relaxed);
+    }
 }

@@ -1,7 +1,5 @@
 //! All settings that you may need to change for another machine. Contradictory settings do not compile.
 
-use core::num::NonZeroU32;
-
 use framelock::motion::FailsafeParameters;
 use framelock_reception::ERRORS_A_TICK;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
@@ -35,13 +33,17 @@ pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 /// USB serial adapter inserts into a frame, and shorter than the sender's pauses between frames.
 pub(crate) const GAP_AFTER: u32 = 5_000;
 
-/// The outputs' behaviour when frames stop and when they resume. The failsafe's ticks are microseconds here.
+/// How fast the outputs move, and their behaviour when frames stop and when they resume. Times are in microseconds.
 pub(crate) const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
+    park: [128; 3],
+    longest_step: 2 * TICK,
     hold_after: 100_000,
     ramp_after: 500_000,
-    park: [128; 3],
-    // The outputs cover their full travel in one second.
-    ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
+    frames_to_start: 3,
+    approach_for: 1_000_000,
+    // The outputs cover their full travel in one second, and in a fifth of a second when they are live.
+    approach_travel: 1_000_000,
+    live_travel: Some(200_000),
 };
 
 /// Period of the main loop, in microseconds. The main loop also runs while the line is silent.
@@ -133,9 +135,11 @@ const _: () = {
         ERRORS_A_TICK as u32 >= TICK / (8 * BYTE_TIME),
         "errors with a whole frame between them must all interrupt"
     );
-    assert!(FAILSAFE.hold_after >= 1 && FAILSAFE.hold_after <= FAILSAFE.ramp_after);
+    if let Err(contradiction) = FAILSAFE.check() {
+        panic!("{}", contradiction.message());
+    }
     assert!(
-        TICK <= FAILSAFE.hold_after,
+        TICK <= FAILSAFE.longest_step,
         "the failsafe must be polled more often"
     );
     assert!(WATCHDOG * 1_000 > 4 * TICK && WATCHDOG <= 60_000);

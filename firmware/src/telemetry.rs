@@ -62,6 +62,10 @@ shown! {
     break_ticks;
     /// How often this program could not access the receiver, which indicates a bug.
     unserved;
+    /// How often the failsafe's clock went backwards, which indicates a bug.
+    clock_faults;
+    /// How often the main loop was so late that the outputs moved more slowly than the settings say.
+    late_polls;
 }
 
 /// A counter, which single instructions read and write.
@@ -95,6 +99,11 @@ impl Shown {
         self.restarts.set(restarts);
     }
 
+    pub(crate) fn show_failsafe(&self, clock_faults: u32, late_polls: u32) {
+        self.clock_faults.set(clock_faults);
+        self.late_polls.set(late_polls);
+    }
+
     /// Returns the number of line errors, modulo 2^32. Gaps are not errors.
     pub(crate) fn line_errors(&self) -> u32 {
         (self.framing.get())
@@ -116,6 +125,9 @@ impl Shown {
 /// How long LED2 stays on after an error, in microseconds: long enough to be seen.
 const ERROR_SHOWN: u32 = 100_000;
 
+/// Half a period of LED3's blinking in an approach, in microseconds. It is a power of two.
+const APPROACH_BLINK: u32 = 1 << 17;
+
 /// The LEDs, and the state of the error indicator.
 pub(crate) struct Leds {
     pins: [Pin<Output<PushPull>>; 3],
@@ -134,7 +146,7 @@ impl Leds {
     }
 
     /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and whether the failsafe
-    /// controls the outputs on LED3.
+    /// controls the outputs on LED3. In an approach LED3 blinks.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;
@@ -143,7 +155,11 @@ impl Leds {
         self.error_at = self
             .error_at
             .filter(|at| now.wrapping_sub(*at) < ERROR_SHOWN);
-        let failsafe = !matches!(phase, Phase::Live | Phase::Approach);
+        let failsafe = match phase {
+            Phase::Live => false,
+            Phase::Approach => now & APPROACH_BLINK != 0,
+            _ => true,
+        };
         let lit = [in_lock, self.error_at.is_some(), failsafe];
         for (pin, lit) in self.pins.iter_mut().zip(lit) {
             // Setting a pin cannot fail, because the error type is uninhabited.

@@ -63,7 +63,7 @@ pub const TARGETS: [(&str, Target); 6] = [
         occurred.count_phases(result.as_deref().unwrap_or_default());
         let error = result.err();
         for (name, contradiction) in [
-            ("hold at once", FailsafeError::HoldAtOnce),
+            ("hold within step", FailsafeError::HoldWithinStep),
             ("ramp before hold", FailsafeError::RampBeforeHold),
         ] {
             occurred.count(name, error == Some(contradiction));

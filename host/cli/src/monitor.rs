@@ -6,7 +6,6 @@ mod view;
 mod watch;
 
 use std::io::{self, IsTerminal, Write};
-use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -66,19 +65,15 @@ pub(crate) struct Arguments {
     ramp_after: u32,
 }
 
-/// The time that the failsafe takes for one unit of the setpoint. The failsafe takes one second for the full travel, as
-/// in the firmware.
-const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
-
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let line = AnyLine::new(&arguments.frame, arguments.policy).map_err(Error::msg)?;
     let idle_gap = arguments.idle_gap.map(Duration::from_millis);
     let failsafe = FailsafeParameters {
+        longest_step: (arguments.hold_after * 1000).min(2 * watch::TICK),
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,
-        park: LEVEL.into(),
-        ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
+        ..FailsafeParameters::for_clock(1_000_000, watch::TICK, LEVEL.into())
     };
     let mut frame = FrameWriter::new(arguments.frame.clone());
     frame.is_hex = arguments.hex;

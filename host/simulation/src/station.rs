@@ -1,8 +1,6 @@
 //! A station at the end of the line: a receiver followed by a failsafe. The station also records
 //! the outcome of each frame.
 
-use std::num::NonZeroU32;
-
 use anyhow::{Error, Result};
 use framelock::LineEvent;
 use framelock::motion::{Failsafe, FailsafeParameters, Output, Phase, Setpoint};
@@ -56,12 +54,16 @@ fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
         let rounded = (milliseconds * 1000.0).round();
         u32::try_from(whole(rounded)).unwrap_or(u32::MAX)
     };
-    let per_unit = microseconds(parameters.full_travel / f64::from(u8::MAX));
+    let hold_after = microseconds(parameters.hold_after);
+    let longest_step = hold_after.min(2 * 2_000);
+    let approach_travel = microseconds(parameters.full_travel).max(longest_step);
     FailsafeParameters {
-        hold_after: microseconds(parameters.hold_after),
+        longest_step,
+        hold_after,
         ramp_after: microseconds(parameters.ramp_after),
-        park: LEVEL.into(),
-        ticks_per_unit: [NonZeroU32::new(per_unit).unwrap_or(NonZeroU32::MIN); 3],
+        approach_travel,
+        live_travel: Some((approach_travel / 5).max(longest_step)),
+        ..FailsafeParameters::for_clock(1_000_000, 2_000, LEVEL.into())
     }
 }
 
@@ -175,7 +177,7 @@ impl Station {
         self.poll(at);
         self.tally.longest_silence = self.longest_silence(at);
         self.committed = at;
-        self.failsafe.frame(self.ticks(at), setpoint);
+        self.failsafe.frame(setpoint);
         self.poll(at);
         match self.check.delivered(&arrived) {
             Some((number, sent)) if sent == Some(setpoint) => {

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::num::NonZeroU32;
 use std::ops::Range;
 
 use framelock::lecture::Lecture;
@@ -13,12 +12,13 @@ use framelock_simulation::LEVEL;
 use serde::Serialize;
 
 /// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
-/// eight. An axis takes a second to move from one end to the other.
+/// eight. An axis takes a second to move from one end to the other. One frame starts it.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
-    park: [LEVEL.pitch, LEVEL.roll, LEVEL.yaw],
-    ticks_per_unit: [NonZeroU32::new(4).expect("4 is not 0"); 3],
+    frames_to_start: 1,
+    approach_for: 1,
+    ..FailsafeParameters::for_clock(1_000, 50, [LEVEL.pitch, LEVEL.roll, LEVEL.yaw])
 };
 
 /// Counts of the outcomes of frames.
@@ -99,13 +99,15 @@ impl Machine {
             self.check.arrived(end.saturating_sub(length)..end, at);
         }
         let pieces = self.line.push(byte);
-        self.decided(pieces, at);
+        self.decided(pieces);
+        self.failsafe.poll(at);
     }
 
     /// Tells the machine that the line is idle at this time.
     pub(crate) fn idle(&mut self, at: u32) {
         let pieces = self.line.line_event(LineEvent::Idle);
-        self.decided(pieces, at);
+        self.decided(pieces);
+        self.failsafe.poll(at);
     }
 
     /// Returns the setpoint delivered last.
@@ -118,7 +120,7 @@ impl Machine {
         self.line.line().lecture()
     }
 
-    fn decided(&mut self, pieces: Vec<Piece>, at: u32) {
+    fn decided(&mut self, pieces: Vec<Piece>) {
         for piece in pieces {
             let Piece {
                 from,
@@ -131,7 +133,7 @@ impl Machine {
             } else {
                 self.frame = bytes;
                 if let Some(setpoint) = self.setpoint() {
-                    self.failsafe.frame(at, setpoint);
+                    self.failsafe.frame(setpoint);
                 }
                 self.deliver(from..from + count)
             };

@@ -21,8 +21,8 @@ static void pulse(uint8_t pin, uint8_t position)
 
 void setup()
 {
-    // Hold after 100 ms without a frame. After 500 ms, move to the middle by one unit every 10 ms.
-    static const failsafe_parameters parameters = {100, 500, {128, 128, 128}, {10, 10, 10}};
+    // The clock has 1000 ticks a second, and the output is read every 6 ticks. Park in the middle.
+    static const failsafe_parameters parameters = {{128, 128, 128}, FAILSAFE_USUAL(1000, 6)};
 
     for (uint8_t i = 0; i < FAILSAFE_AXES; i++) {
         pinMode(SERVO_PINS[i], OUTPUT);
@@ -40,7 +40,7 @@ void loop()
         if (bin_push(&receiver, (uint8_t)Serial.read(), &message)) {
             const uint8_t demands[FAILSAFE_AXES] = {message.pitch, message.roll, message.yaw};
 
-            failsafe_frame(&platform, millis(), demands);
+            failsafe_frame(&platform, demands);
         }
     }
     if (millis() - servo_time >= 6U) {

@@ -10,7 +10,7 @@
     reason = "Embassy's macro uses `_spawner`"
 )]
 
-use core::{cell::RefCell, num::NonZeroU32, ptr::NonNull};
+use core::{cell::RefCell, ptr::NonNull};
 
 use defmt::{info, unwrap, warn};
 use embassy_executor::Spawner;
@@ -42,12 +42,7 @@ async fn main(_spawner: Spawner) {
     let mut channel = Ppi::new_one_to_one(p.PPI_CH2, error, errors.task_count());
     channel.enable();
     errors.start();
-    let parameters = FailsafeParameters {
-        hold_after: 100,
-        ramp_after: 500,
-        park: [128; 3],
-        ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
-    };
+    let parameters = FailsafeParameters::for_clock(1_000, 20, [128; 3]);
     let failsafe = RefCell::new(unwrap!(Failsafe::new(parameters, milliseconds())));
     let receive = async {
         let mut line = Line::new(Receiver::new());
@@ -98,7 +93,7 @@ async fn receive_until_overrun(
             Ok(Ok(count)) => {
                 for &byte in bytes.iter().take(count) {
                     if let Some(setpoint) = line.push(byte) {
-                        failsafe.borrow_mut().frame(milliseconds(), setpoint);
+                        failsafe.borrow_mut().frame(setpoint);
                     }
                 }
             }

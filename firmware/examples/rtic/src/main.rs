@@ -10,7 +10,6 @@ use {defmt_rtt as _, panic_probe as _};
 
 #[rtic::app(device = nrf52840_hal::pac, dispatchers = [SWI0_EGU0])]
 mod app {
-    use core::num::NonZeroU32;
     use core::sync::atomic::{AtomicU8, Ordering, fence};
 
     use framelock::LineEvent::{Framing, Idle, Overrun};
@@ -53,12 +52,7 @@ mod app {
         uarte.intenset.write(|w| w.endrx().set().error().set());
         uarte.enable.write(|w| w.enable().enabled());
         uarte.tasks_startrx.write(|w| w.tasks_startrx().set_bit());
-        let parameters = FailsafeParameters {
-            hold_after: 100,
-            ramp_after: 500,
-            park: [128; 3],
-            ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
-        };
+        let parameters = FailsafeParameters::for_clock(1_000, 20, [128; 3]);
         let failsafe = defmt::unwrap!(Failsafe::new(parameters, milliseconds()));
         defmt::unwrap!(actuate::spawn().ok());
         (Shared { failsafe }, Local { uarte })
@@ -97,7 +91,7 @@ mod app {
             if *in_doubt > 0 {
                 *in_doubt -= 1;
             } else if let Some(setpoint) = line.push(byte) {
-                cx.shared.failsafe.lock(|all| all.frame(now, setpoint));
+                cx.shared.failsafe.lock(|all| all.frame(setpoint));
             }
         }
     }

@@ -66,7 +66,11 @@ pub(super) struct Watch {
     pub(super) framed_at: Option<Duration>,
     pub(super) history: VecDeque<Sample>,
     next_sample: Duration,
+    polled_at: Duration,
 }
+
+/// The time between two polls of the failsafe, in microseconds, as in the firmware.
+pub(super) const TICK: u32 = 2_000;
 
 impl Watch {
     /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
@@ -94,6 +98,7 @@ impl Watch {
             framed_at: None,
             history: VecDeque::new(),
             next_sample: Duration::ZERO,
+            polled_at: Duration::ZERO,
         })
     }
 
@@ -115,7 +120,15 @@ impl Watch {
             let pieces = self.line.line_event(LineEvent::Idle);
             self.settle(pieces);
         }
-        self.failsafe.poll(ticks(now));
+        // Poll as often as a board does. After a long interruption, leave out the beginning.
+        let tick = Duration::from_micros(TICK.into());
+        self.polled_at = self
+            .polled_at
+            .max(now.saturating_sub(Duration::from_secs(10)));
+        while self.polled_at + tick <= now {
+            self.polled_at += tick;
+            self.failsafe.poll(ticks(self.polled_at));
+        }
     }
 
     /// Takes a byte that arrived.
@@ -155,7 +168,7 @@ impl Watch {
             self.now.frames += 1;
             if let Some(setpoint) = self.frame.protocol.setpoint(&bytes) {
                 self.now.setpoint = Some(setpoint);
-                self.failsafe.frame(ticks(self.now.at), setpoint);
+                self.failsafe.frame(setpoint);
             }
             let place = Place {
                 offset: from + bytes.len() - 1,

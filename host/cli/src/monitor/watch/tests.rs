@@ -1,7 +1,5 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-use std::num::NonZeroU32;
-
 use framelock::Counters;
 use framelock::motion::Phase;
 use framelock_receiving::{Policy, Protocol};
@@ -19,12 +17,8 @@ pub(in super::super) fn watch(idle_gap: Option<Duration>) -> Watch {
 }
 
 pub(in super::super) fn watch_frames(name: &str, idle_gap: Option<Duration>) -> Watch {
-    let parameters = FailsafeParameters {
-        hold_after: 100_000,
-        ramp_after: 500_000,
-        park: framelock_simulation::LEVEL.into(),
-        ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
-    };
+    let park = framelock_simulation::LEVEL.into();
+    let parameters = FailsafeParameters::for_clock(1_000_000, super::TICK, park);
     let frame = Protocol::named(name).unwrap();
     let line = AnyLine::new(&frame, Policy::Framelock).unwrap();
     Watch::new(FrameWriter::new(frame), line, parameters, idle_gap).unwrap()
