@@ -146,12 +146,10 @@ impl Layout<'_> {
                 if message.is_some_and(|message| number > message.longest_payload.into()) {
                     return Err(DiscardReason::TooLong);
                 }
-                let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
-                let length = plus.wrapping_add(field.plus.into());
-                // A negative length is too short.
-                if length.is_negative() {
-                    return Err(DiscardReason::BadHeader);
-                }
+                let counted = u64::from(number).wrapping_mul(field.factor.into());
+                // The sum of these numbers is less than 2 to the power of 64, so it fails only if it is negative.
+                let length = counted.checked_add_signed(field.plus.into());
+                let length = length.ok_or(DiscardReason::BadHeader)?;
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
             }
         };
