@@ -31,7 +31,7 @@ pub mod text_outputs;
 mod trace;
 mod view_parts;
 
-/// Decode, watch, send and simulate serial frames with a receiver that never goes deaf
+/// Decode, watch, send and simulate serial frames
 #[derive(Parser)]
 #[command(name = "framelock", version, after_help = include_str!("help/framelock.txt"))]
 struct CommandLine {
