@@ -259,7 +259,11 @@ fn what_a_layout_says_at_its_limits() {
         ),
         // A length of 2 to the power of 63 bytes or more is too long, too.
         (
-            counted(LengthField::new(Number::new(1, 4, ByteOrder::Big)).factor(u32::MAX).plus(5)),
+            counted(
+                LengthField::new(Number::new(1, 4, ByteOrder::Big))
+                    .factor(u32::MAX)
+                    .plus(5),
+            ),
             &[0x24, 0xFF, 0xFF, 0xFF, 0xFF],
             Classification::Rejected(DiscardReason::TooLong),
         ),
