@@ -376,7 +376,7 @@ mod tests {
     fn shown_numbers_become_the_nearest_numbers() {
         let number = |digits, decimals, shown: &str| {
             let scale = Scale::new(Decimal { digits, decimals }, Decimal::default());
-            scale.number(&serde_json::from_str(shown).unwrap())
+            scale.number(&serde_json::from_str(shown).expect("a number"))
         };
         assert_eq!(number(2, 0, "0.6"), Some(0));
         assert_eq!(number(2, 0, "1.4"), Some(1));
@@ -398,7 +398,8 @@ mod tests {
                 },
             );
             let text = decimal(shown.into(), 9);
-            let found = scale.number(&serde_json::from_str(&text).unwrap()).unwrap();
+            let shown_number = serde_json::from_str(&text).expect("a number");
+            let found = scale.number(&shown_number).expect("a number in the range");
             let unit = 10_i128.pow(9 - decimals);
             let away = (scale.shown(found) * unit - i128::from(shown)).abs();
             let most = i128::from(digits.abs()) * unit;
