@@ -9,7 +9,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use framelock_description::SHIPPED;
 
 mod decode;
-pub mod demo;
+mod demo;
 mod encode;
 mod frame_option;
 mod frame_writer;
