@@ -26,7 +26,7 @@ mod rows;
 pub mod screen;
 mod send;
 mod serial;
-pub mod simulate;
+mod simulate;
 pub mod text_outputs;
 mod trace;
 mod view_parts;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use framelock::motion::{Output, Setpoint};
+use framelock::motion::{FailsafeParameters, Output, Setpoint};
 use framelock_simulation::{
     Event, FaultRates, FrameFormat, LineTally, Origin, Parameters, Policy, ReceiverTally, Seed,
     SmoothMotion, StationKind, Transmission, Trial,
@@ -29,13 +29,17 @@ pub(super) const FAULTS: FaultRates = FaultRates {
     insert: 0.0,
 };
 
-/// A failsafe for frames that are 100 ms apart.
+/// A failsafe for frames that are 100 ms apart. Its clock counts microseconds.
 const PARAMETERS: Parameters = Parameters {
     baud: BAUD,
-    hold_after: 500.0,
-    ramp_after: 2_500.0,
-    // 160 units per second.
-    full_travel: 1_593.75,
+    failsafe: FailsafeParameters {
+        hold_after: 500_000,
+        ramp_after: 2_500_000,
+        // 160 units per second, and 800 when live.
+        approach_travel: 1_593_750,
+        live_travel: 318_750,
+        ..Parameters::DEFAULT.failsafe
+    },
     ..Parameters::DEFAULT
 };
 
@@ -132,7 +136,7 @@ impl Demonstration {
                         lane.push(due, Some(fate));
                     }
                 }
-                Event::Byte { sent: None, .. } | Event::Look { .. } => {}
+                Event::Byte { sent: None, .. } => {}
             }
         }
     }
