@@ -52,8 +52,8 @@ type Value<'a> = &'a dyn Fn(&Report) -> u64;
 pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
-        "{RATE} frames a second; in the ride a byte is lost with probability {},\n\
-         and a bit of it inverted with {}",
+        "{RATE} frames a second. While the seat moves, the line loses a byte with\n\
+         probability {}, and inverts a bit of it with probability {}.",
         FAULTS.drop, FAULTS.flip
     )?;
     if !demonstration.is_over() {
