@@ -9,7 +9,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use framelock_description::SHIPPED;
 
 mod decode;
-pub mod demo;
+mod demo;
 mod encode;
 mod frame_option;
 mod frame_writer;
@@ -26,7 +26,7 @@ mod rows;
 pub mod screen;
 mod send;
 mod serial;
-pub mod simulate;
+mod simulate;
 pub mod text_outputs;
 mod trace;
 mod view_parts;

@@ -127,7 +127,7 @@ fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String>
     let events = trial.events.into_iter().flatten();
     let received = events.filter_map(|event| match event {
         Event::Byte { received, .. } => received,
-        Event::Look { .. } | Event::Frame { .. } => None,
+        Event::Frame { .. } => None,
     });
     Ok(received.collect())
 }
