@@ -40,9 +40,6 @@ pub(crate) struct Arguments {
     /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Show numbers in hex, as trace does
-    #[arg(long)]
-    hex: bool,
     #[command(flatten)]
     port: PortOptions,
     /// If the port disappears, end with an error instead of waiting for it
@@ -75,8 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         ramp_after: arguments.ramp_after * 1000,
         ..FailsafeParameters::for_clock(1_000_000, watch::TICK, LEVEL.into())
     };
-    let mut frame = FrameWriter::new(arguments.frame.clone());
-    frame.is_hex = arguments.hex;
+    let frame = FrameWriter::new(arguments.frame.clone());
     let watch = Watch::new(frame.clone(), line, failsafe, idle_gap)
         .context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;

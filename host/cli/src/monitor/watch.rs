@@ -1,4 +1,4 @@
-//! Watches a line as a board would, with a receiver and a failsafe, and keeps the recent history.
+//! Watches a line as a board would, with a receiver and a failsafe, and computes rates.
 //!
 //! The caller passes the time. Nothing in this module waits, draws or reads.
 
@@ -11,12 +11,10 @@ use framelock_receiving::{AnyLine, Piece, TrackedLine};
 
 use crate::frame_writer::{FrameWriter, Place};
 
-/// The time between samples, and the number of samples that are kept. The kept samples cover ten seconds.
+/// The time between samples, and the number of samples that are kept. From the oldest to the newest sample, two seconds
+/// pass. The rates are those of these two seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
-const SAMPLES: u16 = 100;
-
-/// The number of samples over which rates are computed. These samples cover two seconds.
-const RATE_SAMPLES: usize = 20;
+const SAMPLES: u16 = 21;
 
 /// The number of discarded bytes that are kept. Two rows of a terminal show fewer bytes than this.
 const DISCARDED_LENGTH: usize = 256;
@@ -36,8 +34,6 @@ pub(super) enum Lock {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) at: Duration,
-    /// The setpoint of the last frame.
-    pub(super) setpoint: Option<Setpoint>,
     /// The number of frames since the start; resetting the counters does not change it.
     frames: u64,
     bytes: u64,
@@ -50,7 +46,8 @@ pub(super) struct Watch {
     pub(super) frame: FrameWriter,
     /// Frames that the session has not taken yet, each with its offset and time.
     pub(super) arrived: Vec<(Place, Vec<u8>)>,
-    /// The last frame's bytes.
+    /// The last frame's setpoint and bytes.
+    pub(super) setpoint: Option<Setpoint>,
     pub(super) last: Option<Vec<u8>>,
     pub(super) line: TrackedLine,
     failsafe: Failsafe<u8, 3>,
@@ -64,7 +61,7 @@ pub(super) struct Watch {
     is_idle: bool,
     heard_at: Option<Duration>,
     pub(super) framed_at: Option<Duration>,
-    pub(super) history: VecDeque<Sample>,
+    history: VecDeque<Sample>,
     next_sample: Duration,
     polled_at: Duration,
 }
@@ -85,6 +82,7 @@ impl Watch {
             now: Sample::default(),
             frame,
             arrived: Vec::new(),
+            setpoint: None,
             last: None,
             line: TrackedLine::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
@@ -105,7 +103,7 @@ impl Watch {
     /// Advances to `time`. Ignores a `time` that is earlier than the time reached so far.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let now = time.max(self.now.at);
-        // After a long interruption, add no more samples than the history holds.
+        // After a long interruption, add no more samples than are kept.
         let earliest = now.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
         self.next_sample = self.next_sample.max(earliest);
         while self.next_sample <= now {
@@ -167,7 +165,7 @@ impl Watch {
             }
             self.now.frames += 1;
             if let Some(setpoint) = self.frame.protocol.setpoint(&bytes) {
-                self.now.setpoint = Some(setpoint);
+                self.setpoint = Some(setpoint);
                 self.failsafe.frame(setpoint);
             }
             let place = Place {
@@ -208,8 +206,7 @@ impl Watch {
 
     /// Returns the frames and the bytes per second, over the last two seconds.
     pub(super) fn rates(&self) -> [f64; 2] {
-        let before = self.history.len().saturating_sub(RATE_SAMPLES + 1);
-        let (Some(first), Some(last)) = (self.history.get(before), self.history.back()) else {
+        let (Some(first), Some(last)) = (self.history.front(), self.history.back()) else {
             return [0.0; 2];
         };
         let time = last.at.saturating_sub(first.at).as_secs_f64();

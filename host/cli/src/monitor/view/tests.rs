@@ -62,16 +62,16 @@ fn the_screen_shows_the_watched_line() {
         "│                                      ││line errors: framing 0     break 0    │",
         "│                                      ││not recorded                          │",
         "└──────────────────────────────────────┘└──────────────────────────────────────┘",
-        "┌ the last ten seconds: pitch roll yaw ────────────────────────────────────────┐",
-        "│255│                                                                          │",
-        "│   │⠠⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠄                                                   │",
-        "│   │                   ⣀⡠⠤⠄                                                   │",
-        "│128│            ⢀⣀⡠⠤⠒⠊⠉                                                       │",
-        "│   │⠐⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠂                                                   │",
-        "│  0│⢀⡠⠤⠒⠊⠉                                                                    │",
-        "└──────────────────────────────────────────────────────────────────────────────┘",
         "┌ last discarded bytes; | marks a frame in between ────────────────────────────┐",
         "│|41 7F 3F                                                                     │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
         "│                                                                              │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
         " q quits, space pauses, r records, z counts from zero, ? help                   ",
@@ -117,7 +117,7 @@ fn events_of_the_line_are_shown() {
     let errors = "
         8: line errors: framing 1     break 2
         6: line 4
-        20: │|41 7F 3F 41 42 00 01  ";
+        12: │|41 7F 3F 41 42 00 01  ";
     shows(&mut with_errors, 80, errors);
     let mut nothing = session(Path::new(""), false);
     let nothing_yet = "
@@ -136,19 +136,9 @@ fn events_of_the_line_are_shown() {
         6: │failsafe PARKED";
     shows(&mut silent, 80, silence);
     // If there is little room, the newest discarded bytes are shown.
-    nothing.receive(ms(1), &[b'?'; 60]);
+    nothing.receive(ms(1), &[b'?'; 130]);
     nothing.receive(ms(2), b"1234");
-    shows(&mut nothing, 80, "20: │ 3F 3F\n21: 3F 31 32 33 34│");
-}
-
-#[test]
-fn numbers_are_in_hex_if_that_is_asked_for() {
-    let mut bin = session_of("bin", Path::new(""), false).in_hex();
-    bin.receive(ms(1), b"AB\0\x95\x40\xC0\r");
-    shows(&mut bin, 80, "3: 95 out  80│\n4: 40 out  80│");
-    let mut sbus = session_of("sbus", Path::new(""), false).in_hex();
-    sbus.receive(ms(1), &SBUS);
-    shows(&mut sbus, 80, "5: │channel 3E0 3E0");
+    shows(&mut nothing, 40, "12: │ 3F 3F\n21: 3F 31 32 33 34");
 }
 
 #[test]
@@ -160,7 +150,7 @@ fn keys_change_what_is_shown() {
     session.press(' ');
     session.press('z');
     shows(&mut session, 80, "3: bytes 4  frames 0  ");
-    let discarded = format!("20: │{:78}│", "");
+    let discarded = format!("12: │{:78}│", "");
     shows(&mut session, 80, &discarded);
     session.press('r');
     shows(&mut session, 80, "9: cannot record in no/such/directory");
@@ -184,13 +174,12 @@ fn keys_change_what_is_shown() {
 }
 
 #[test]
-fn a_low_terminal_omits_the_chart_and_then_the_bytes() {
+fn a_low_terminal_omits_the_discarded_bytes() {
     let has = |height, text| {
         let rows = screen(&mut watched(false), 80, height);
         rows.iter().any(|row| row.contains(text))
     };
-    for (height, chart, discarded) in [(24, true, true), (22, false, true), (15, false, false)] {
-        assert_eq!(has(height, "the last ten seconds"), chart, "{height}");
+    for (height, discarded) in [(24, true), (16, true), (15, false)] {
         assert_eq!(has(height, "last discarded bytes"), discarded, "{height}");
         assert!(has(height, "resynchronised 0"), "{height}");
     }
