@@ -115,6 +115,14 @@ impl Machine {
         self.setpoints?.setpoint(&self.frame)
     }
 
+    /// Returns the machine's name.
+    pub(crate) fn name(&self) -> &'static str {
+        match self.lecture() {
+            Some(_) => "the lecture's machine",
+            None => "framelock",
+        }
+    }
+
     /// Returns the lecture's machine, or `None` if this is framelock's receiver.
     pub(crate) fn lecture(&self) -> Option<&Lecture> {
         self.line.line().lecture()
