@@ -156,11 +156,20 @@ impl Run {
         for machine in &mut state.machines {
             machine.fates.clear();
         }
-        let Some(cell) = self.cells.get(place) else {
+        if let Some(cell) = self.cells.get(place) {
+            state.now = cell.at;
+            self.carry(state, place, cell);
+        } else {
             state.now += SILENT_STEP;
-            return state.idle();
-        };
-        state.now = cell.at;
+            state.idle();
+        }
+        for machine in &mut state.machines {
+            machine.poll(state.now);
+        }
+    }
+
+    /// Passes the byte at this place to the machines, if it arrives.
+    fn carry(&self, state: &mut State, place: usize, cell: &Cell) {
         let is_as_sent = cell.sent.is_some() && cell.sent == cell.received;
         state.as_sent = if is_as_sent { state.as_sent + 1 } else { 0 };
         if let Some(byte) = cell.received {
@@ -178,10 +187,8 @@ impl Run {
 impl State {
     /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
-        if let Some(at) = self.idle_at.take_if(|at| *at < self.now) {
-            self.machines
-                .iter_mut()
-                .for_each(|machine| machine.idle(at));
+        if self.idle_at.take_if(|at| *at < self.now).is_some() {
+            self.machines.iter_mut().for_each(Machine::idle);
         }
     }
 }

@@ -116,7 +116,6 @@ impl Run {
 
     fn machine(&self, machine: &Machine, now: u32) -> Value {
         let (tally, lecture) = (&machine.tally, machine.lecture());
-        let output = { machine.failsafe }.poll(now);
         let status = match (tally.missed_in_row, tally.wrong_in_row) {
             (0, _) if tally.delivered + tally.wrong == 0 => "NO FRAME YET",
             (0, _) => "LISTENING",
@@ -137,8 +136,9 @@ impl Run {
             json!({
                 "temporary": [stored(0), stored(1), stored(2)],
                 "setpoint": machine.setpoint(),
-                "output": Setpoint::from(output.axes),
-                "phase": output.phase,
+                "output": Setpoint::from(machine.output.axes),
+                "phase": machine.output.phase,
+                "reason": machine.standstill.reason(machine.output.phase),
             })
         });
         json!({

@@ -272,6 +272,34 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     );
 }
 
+/// The line carries ten frames per second. The failsafe needs more than 3.3 frames per second.
+#[test]
+fn the_page_says_why_the_actuators_do_not_follow() {
+    // Of `every` frames, one arrives intact: the others lose their first byte.
+    let run = |every: usize| {
+        let lost = (0..100).filter(|frame| frame % every > 0);
+        let edits: Vec<String> = lost.map(|frame| format!("{}d", 7 * frame)).collect();
+        decoded(&format!("frame=bin&frames=100&edits={}", edits.join(".")))
+    };
+    let told = |run: &Run, position| {
+        let axes = view(run, position, 0..0)["machines"][1]["axes"].take();
+        json!([axes["phase"], axes["reason"]])
+    };
+    let no_frames = json!(["Parked", "no frames"]);
+    let five_per_second = run(2);
+    assert_eq!(told(&five_per_second, 0), no_frames);
+    assert_eq!(
+        told(&five_per_second, 21),
+        json!(["Approach", "moves slowly to the setpoint"])
+    );
+    assert_eq!(told(&five_per_second, 700), json!(["Live", null]));
+    assert_eq!(told(&five_per_second, 732), no_frames);
+    let apart = "frames arrive too far apart (fewer than 4 a second)";
+    for position in [250, 500, 700] {
+        assert_eq!(told(&run(4), position), json!(["Parked", apart]));
+    }
+}
+
 /// A view of a long line starts from a saved state.
 #[test]
 fn a_long_line_is_shown_as_if_byte_by_byte() {

@@ -48,10 +48,11 @@ pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
         " last frame "
     });
     let lines = if has_setpoints {
-        Paragraph::new(axes(watch, block.inner(left).width))
+        axes(watch, block.inner(left).width)
     } else {
-        Paragraph::new(fields(watch)).wrap(Wrap { trim: false })
+        fields(watch)
     };
+    let lines = Paragraph::new(lines).wrap(Wrap { trim: false });
     frame.render_widget(lines.block(block), left);
     let block = Block::bordered().title(" counters ");
     frame.render_widget(Paragraph::new(counters(session)).block(block), right);
@@ -104,7 +105,7 @@ fn title_lines(session: &MonitorSession) -> Vec<Line<'static>> {
     ]
 }
 
-/// Returns lines with the setpoint, the failsafe's output and the receiver's state.
+/// Returns lines with the setpoint, the receiver's state, and the failsafe's output and phase.
 fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let Output { axes, phase } = watch.output();
     let demands = watch.setpoint.map(<[u8; 3]>::from);
@@ -118,8 +119,6 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
         line.push_span(format!(" {sent:>3} out {output:>3}"));
         lines.push(line);
     }
-    let phase = Span::styled(phase.to_string().to_uppercase(), phase_style(phase));
-    lines.push(Line::from(vec!["failsafe ".into(), phase]));
     let states = watch.frame.protocol.setpoints.map(FrameFormat::states);
     let states = states.unwrap_or_default();
     let mut line = Line::from("state   ");
@@ -131,6 +130,11 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
         });
     }
     lines.push(line);
+    let name = Span::styled(phase.to_string().to_uppercase(), phase_style(phase));
+    let reason = watch
+        .reason(phase)
+        .map_or(String::new(), |why| format!(": {why}"));
+    lines.push(Line::from(vec!["failsafe ".into(), name, reason.into()]));
     lines
 }
 

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use framelock::LineEvent;
-use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Setpoint};
-use framelock_receiving::{AnyLine, Piece, TrackedLine};
+use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase, Setpoint};
+use framelock_receiving::{AnyLine, Piece, Standstill, TrackedLine};
 
 use crate::frame_writer::{FrameWriter, Place};
 
@@ -22,7 +22,7 @@ const DISCARDED_LENGTH: usize = 256;
 /// Whether the receiver is in step with the sender.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Lock {
-    /// No byte has arrived within the failsafe's hold time.
+    /// No byte has arrived for a second, or for the failsafe's hold time if that is longer.
     Silent,
     /// Bytes arrive, but some were discarded since the last frame, or there was no frame yet.
     Searching,
@@ -51,7 +51,8 @@ pub(super) struct Watch {
     pub(super) last: Option<Vec<u8>>,
     pub(super) line: TrackedLine,
     failsafe: Failsafe<u8, 3>,
-    hold_after: Duration,
+    standstill: Standstill,
+    silent_after: Duration,
     idle_gap: Option<Duration>,
     /// Discarded bytes, each with a flag that says whether the previous byte was discarded too.
     pub(super) discarded: VecDeque<(u8, bool)>,
@@ -68,6 +69,7 @@ pub(super) struct Watch {
 
 /// The time between two polls of the failsafe, in microseconds, as in the firmware.
 pub(super) const TICK: u32 = 2_000;
+pub(super) const TICKS_PER_SECOND: u32 = 1_000_000;
 
 impl Watch {
     /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
@@ -78,6 +80,7 @@ impl Watch {
         parameters: FailsafeParameters<u8, 3>,
         idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
+        let silent_after = parameters.hold_after.max(TICKS_PER_SECOND);
         Ok(Self {
             now: Sample::default(),
             frame,
@@ -86,7 +89,8 @@ impl Watch {
             last: None,
             line: TrackedLine::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
-            hold_after: Duration::from_micros(parameters.hold_after.into()),
+            standstill: Standstill::new(TICKS_PER_SECOND, parameters.hold_after),
+            silent_after: Duration::from_micros(silent_after.into()),
             idle_gap,
             discarded: VecDeque::new(),
             is_in_loss: false,
@@ -125,7 +129,10 @@ impl Watch {
             .max(now.saturating_sub(Duration::from_secs(10)));
         while self.polled_at + tick <= now {
             self.polled_at += tick;
-            self.failsafe.poll(ticks(self.polled_at));
+            let ticks = ticks(self.polled_at);
+            self.failsafe.poll(ticks);
+            let slow_frames = self.failsafe.slow_frames();
+            self.standstill.polled(ticks, self.now.frames, slow_frames);
         }
     }
 
@@ -188,7 +195,7 @@ impl Watch {
     }
 
     pub(super) fn lock(&self) -> Lock {
-        let is_silent = |at: Duration| self.now.at.saturating_sub(at) >= self.hold_after;
+        let is_silent = |at: Duration| self.now.at.saturating_sub(at) >= self.silent_after;
         if self.heard_at.is_none_or(is_silent) {
             Lock::Silent
         } else if self.is_searching {
@@ -202,6 +209,11 @@ impl Watch {
     pub(super) fn output(&self) -> Output<u8, 3> {
         // `poll` changes a copy, so that this method can be called any number of times.
         { self.failsafe }.poll(ticks(self.now.at))
+    }
+
+    /// Returns the reason why the output does not follow the setpoints in this phase.
+    pub(super) fn reason(&self, phase: Phase) -> Option<String> {
+        self.standstill.reason(phase)
     }
 
     /// Returns the frames and the bytes per second, over the last two seconds.

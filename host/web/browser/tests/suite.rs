@@ -290,6 +290,15 @@ fn playing_holds_the_fault_and_the_missed_frame_until_the_user_continues() {
 }
 
 #[test]
+fn a_deaf_machine_says_that_it_has_no_frames() {
+    for page in Page::in_each(&format!("{DEAF}&at=312")) {
+        let reasons =
+            page.run("[...document.querySelectorAll('.reason')].map((it) => it.textContent)");
+        assert_eq!(reasons, json!(["Parked: no frames", "Parked: no frames"]));
+    }
+}
+
+#[test]
 fn bytes_are_played_when_they_are_sent() {
     for page in Page::in_each(DEAF) {
         page.run(

@@ -11,7 +11,7 @@ use ratatui::backend::TestBackend;
 
 use super::super::session::MonitorSession;
 use super::super::session::tests::{session, session_of};
-use super::super::watch::tests::ms;
+use super::super::watch::tests::{FRAME, ms};
 use super::*;
 
 /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
@@ -57,8 +57,8 @@ fn the_screen_shows_the_watched_line() {
         "│pitch ███████████┃         149 out 149││bytes 1057  frames 150                │",
         "│roll  ████┃                 64 out  64││discarded 3                           │",
         "│yaw   ██████████████┃      192 out 192││  no sync 2  broken sync 1            │",
-        "│failsafe LIVE                         ││  terminator 0  checksum 0  line 0    │",
-        "│state    A  B  1  2 [3] 4  CR         ││resynchronised 0  idle gaps 0         │",
+        "│state    A  B  1  2 [3] 4  CR         ││  terminator 0  checksum 0  line 0    │",
+        "│failsafe LIVE                         ││resynchronised 0  idle gaps 0         │",
         "│                                      ││line errors: framing 0     break 0    │",
         "│                                      ││not recorded                          │",
         "└──────────────────────────────────────┘└──────────────────────────────────────┘",
@@ -123,7 +123,8 @@ fn events_of_the_line_are_shown() {
     let nothing_yet = "
         1: no frame yet
         3: -- out 128│
-        7: state   [A] B
+        6: state   [A] B
+        7: failsafe PARKED: no frames
         8: this input reports none";
     shows(&mut nothing, 80, nothing_yet);
     let mut silent = watched(false);
@@ -133,12 +134,39 @@ fn events_of_the_line_are_shown() {
         1: 0.0 frames/s
         1: last frame 7.0 s ago
         3: 149 out 128│
-        6: │failsafe PARKED";
+        7: │failsafe PARKED: no frames";
     shows(&mut silent, 80, silence);
     // If there is little room, the newest discarded bytes are shown.
     nothing.receive(ms(1), &[b'?'; 130]);
     nothing.receive(ms(2), b"1234");
     shows(&mut nothing, 40, "12: │ 3F 3F\n21: 3F 31 32 33 34");
+}
+
+#[test]
+fn the_view_says_why_the_platform_does_not_follow() {
+    // A sender of five frames per second.
+    let mut slow = session(Path::new(""), false);
+    for frame in 0..20 {
+        slow.receive(ms(10 + 200 * frame), FRAME);
+    }
+    slow.advance_to(ms(4_000));
+    let apart = "
+        1: LOCKED       5.0 frames/s
+        7: │failsafe PARKED: frames arrive too far│
+        8: │apart (fewer than 10 a second)        │";
+    shows(&mut slow, 80, apart);
+    // The sender becomes fast.
+    for frame in 0..30 {
+        slow.receive(ms(4_010 + 20 * frame), FRAME);
+    }
+    let approach = "
+        7: │failsafe APPROACH: moves slowly to the│
+        8: │setpoint                              │";
+    shows(&mut slow, 80, approach);
+    for frame in 30..100 {
+        slow.receive(ms(4_010 + 20 * frame), FRAME);
+    }
+    shows(&mut slow, 80, "7: │failsafe LIVE   ");
 }
 
 #[test]

@@ -72,8 +72,8 @@ fn the_lock_is_found_lost_and_silent() {
     watch.event(ms(60), LineEvent::Framing);
     for (at, lock) in [
         (60, Lock::Searching),
-        (159, Lock::Searching),
-        (160, Lock::Silent),
+        (1_059, Lock::Searching),
+        (1_060, Lock::Silent),
     ] {
         watch.advance_to(ms(at));
         assert_eq!(watch.lock(), lock, "{at}");
@@ -171,6 +171,7 @@ fn a_reset_counts_from_zero_and_keeps_the_frame_under_way() {
 
 #[test]
 fn rates_cover_two_seconds() {
+    let rates_of = |watch: &Watch| watch.rates().map(|rate| format!("{rate:.1}")).join(" ");
     let mut watch = watch(None);
     for frame in 0..150 {
         feed(&mut watch, ms(10 + 20 * frame), FRAME);
@@ -181,14 +182,13 @@ fn rates_cover_two_seconds() {
         (5_000, "0.0 0.0"),
     ] {
         watch.advance_to(ms(time));
-        let [frames, bytes] = watch.rates();
-        assert_eq!(format!("{frames:.1} {bytes:.1}"), rates, "{time}");
+        assert_eq!(rates_of(&watch), rates, "{time}");
     }
     // The computer was suspended for a year.
     let year = Duration::from_secs(31_536_000);
     watch.advance_to(year);
-    assert_eq!(watch.rates(), [0.0; 2]);
+    assert_eq!(rates_of(&watch), "0.0 0.0");
     feed(&mut watch, year + ms(100), FRAME);
     watch.advance_to(year + ms(200));
-    assert_eq!(watch.rates(), [0.5, 3.5]);
+    assert_eq!(rates_of(&watch), "0.5 3.5");
 }
