@@ -185,7 +185,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     pub const fn live_after(&self) -> u64 {
         let per_tick = self.slow().per_tick;
         let ticks = D::MOST.div_ceil(if per_tick == 0 { 1 } else { per_tick });
-        self.approach_for as u64 + ticks as u64
+        (self.approach_for as u64).saturating_add(ticks as u64)
     }
 
     /// Returns the speed in an approach, and on the way to park.

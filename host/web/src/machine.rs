@@ -5,9 +5,9 @@ use std::fmt;
 use std::ops::Range;
 
 use framelock::lecture::Lecture;
-use framelock::motion::{Failsafe, FailsafeParameters, Setpoint};
+use framelock::motion::{Failsafe, FailsafeParameters, Output, Setpoint};
 use framelock::{DiscardReason, LineEvent};
-use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, TrackedLine};
+use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, Standstill, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
@@ -42,7 +42,9 @@ pub(crate) struct Tally {
 pub(crate) struct Machine {
     pub(crate) line: TrackedLine,
     setpoints: Option<FrameFormat>,
-    pub(crate) failsafe: Failsafe<u8, 3>,
+    failsafe: Failsafe<u8, 3>,
+    pub(crate) output: Output<u8, 3>,
+    pub(crate) standstill: Standstill,
     /// The frame delivered last.
     pub(crate) frame: Vec<u8>,
     /// The positions of the pending bytes on the line.
@@ -79,10 +81,13 @@ impl fmt::Display for Fate {
 
 impl Machine {
     pub(crate) fn new(line: AnyLine, setpoints: Option<FrameFormat>) -> Self {
+        let mut failsafe = Failsafe::new(FAILSAFE, 0).expect("the parameters do not contradict");
         Self {
             line: TrackedLine::new(line),
             setpoints,
-            failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
+            output: failsafe.poll(0),
+            failsafe,
+            standstill: Standstill::new(1_000, FAILSAFE.hold_after),
             frame: Vec::new(),
             places: VecDeque::new(),
             fates: Vec::new(),
@@ -91,8 +96,8 @@ impl Machine {
         }
     }
 
-    /// Processes the byte at this position on the line. If this byte completes a frame that arrived
-    /// intact, `whole` is the frame's length.
+    /// Processes the byte at this position on the line, which arrives at the time `at`. If this byte
+    /// completes a frame that arrived intact, `whole` is the frame's length.
     pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
         self.places.push_back(place);
         if let Some(length) = whole {
@@ -101,19 +106,33 @@ impl Machine {
         }
         let pieces = self.line.push(byte);
         self.decided(pieces);
-        self.failsafe.poll(at);
     }
 
-    /// Tells the machine that the line is idle at this time.
-    pub(crate) fn idle(&mut self, at: u32) {
+    /// Tells the machine that the line is idle.
+    pub(crate) fn idle(&mut self) {
         let pieces = self.line.line_event(LineEvent::Idle);
         self.decided(pieces);
-        self.failsafe.poll(at);
+    }
+
+    /// Polls the failsafe at this time.
+    pub(crate) fn poll(&mut self, now: u32) {
+        self.output = self.failsafe.poll(now);
+        let frames = self.line.counters().frames.into();
+        let slow_frames = self.failsafe.slow_frames();
+        self.standstill.polled(now, frames, slow_frames);
     }
 
     /// Returns the setpoint delivered last.
     pub(crate) fn setpoint(&self) -> Option<Setpoint> {
         self.setpoints?.setpoint(&self.frame)
+    }
+
+    /// Returns the machine's name.
+    pub(crate) fn name(&self) -> &'static str {
+        match self.lecture() {
+            Some(_) => "the lecture's machine",
+            None => "framelock",
+        }
     }
 
     /// Returns the lecture's machine, or `None` if this is framelock's receiver.
