@@ -43,7 +43,7 @@ pub(crate) const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     approach_for: 1_000_000,
     // The outputs cover their full travel in one second, and in a fifth of a second when they are live.
     approach_travel: 1_000_000,
-    live_travel: Some(200_000),
+    live_travel: 200_000,
 };
 
 /// Period of the main loop, in microseconds. The main loop also runs while the line is silent.
