@@ -135,11 +135,23 @@ static void run(void)
     }
 }
 #elif defined(RING)
+static uint32_t now;
 static uint8_t in_uart;
+static bool is_wrong;
+
+bool uart_has_error(void)
+{
+    return is_wrong;
+}
 
 uint8_t uart_read(void)
 {
     return in_uart;
+}
+
+uint32_t milliseconds(void)
+{
+    return now;
 }
 
 void use_sentence(const uint8_t *sentence, uint16_t length)
@@ -147,33 +159,40 @@ void use_sentence(const uint8_t *sentence, uint16_t length)
     say(sentence, length);
 }
 
-/* Steps: {0, byte} is a received byte, and {1, any} is an iteration of the main loop. */
+/* Steps: {0, byte} is a received byte, {2, byte} is a byte with an error, and {1, n} is an iteration of the main loop
+ * after n milliseconds. */
 static void run(void)
 {
     int kind;
+    uint8_t number;
 
     start();
-    while (next(&kind, &in_uart)) {
-        if (kind == 0) {
-            uart_interrupt();
-        } else {
+    while (next(&kind, &number)) {
+        if (kind == 1) {
+            now += number;
             main_loop();
+        } else {
+            in_uart = number;
+            is_wrong = kind == 2;
+            uart_interrupt();
         }
     }
 }
 #else
 static void finish(void);
 
-/* Steps: {0, byte} is a received byte, and {1, any} is a pause. */
-bool queue_take(uint8_t *byte, uint32_t wait)
+/* Steps: {0, byte} is a received byte, {2, number} is a line event, and {1, any} is a pause. */
+bool queue_take(uint16_t *entry, uint32_t wait)
 {
     int kind;
+    uint8_t number;
 
     (void)wait;
-    if (!next(&kind, byte)) {
+    if (!next(&kind, &number)) {
         finish();
     }
-    return kind == 0;
+    *entry = (uint16_t)(number + ((kind == 2) ? IS_EVENT : 0U));
+    return kind != 1;
 }
 
 void use_message(uint32_t number, const uint8_t *payload, uint16_t length)

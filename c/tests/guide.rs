@@ -71,8 +71,10 @@ fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// A byte that arrives while the next step's `control` runs.
+/// In the program with a failsafe: a byte that arrives while the next step's `control` runs.
 const BYTE_IN_CONTROL: u8 = 2;
+/// In the programs with a ring buffer and with a queue: a byte with an error.
+const ERROR: u8 = 2;
 
 /// Returns the output of the program with a failsafe, and its receiver. The interrupt puts setpoints into a mailbox.
 fn interrupt_and_control(steps: &[u8]) -> (String, Line<Receiver<Bin>>) {
@@ -192,29 +194,38 @@ fn expected(
     let mut line = Line::new(receiver.unwrap());
     let mut text = String::new();
     let mut waiting = Vec::new();
-    let (mut has_overrun, mut overruns, mut at_events) = (false, 0, 0);
+    let mut event = None;
+    let (mut now, mut byte_time, mut at_events) = (0_u32, 0, 0);
     for step in steps.chunks_exact(2) {
-        if step[0] == BYTE {
-            if buffer == Buffer::Ring && (has_overrun || waiting.len() == 63) {
-                has_overrun = true;
-            } else {
-                waiting.push(step[1]);
+        if step[0] != EVENT {
+            match buffer {
+                Buffer::Ring if event.is_some() => {}
+                Buffer::Ring if step[0] == ERROR => event = Some(LineEvent::Framing),
+                Buffer::Ring if waiting.len() == 63 => event = Some(LineEvent::Overrun),
+                Buffer::Queue if step[0] == ERROR => event = Some(LineEvent::Parity),
+                _ => waiting.push(step[1]),
             }
-            continue;
+            if buffer != Buffer::Queue || event.is_none() {
+                continue;
+            }
+        }
+        if buffer == Buffer::Ring {
+            now += u32::from(step[1]);
+            if !waiting.is_empty() {
+                byte_time = now;
+            }
         }
         for byte in waiting.drain(..) {
             let said = line.push(byte).and_then(|frame| say(frame.bytes()));
             text.push_str(&said.unwrap_or_default());
         }
-        let event = match buffer {
-            Buffer::Dma => (step[1] == 1).then_some(LineEvent::Idle),
-            Buffer::Ring => has_overrun.then_some(LineEvent::Overrun),
-            Buffer::Queue => Some(LineEvent::Idle),
+        let pause = match buffer {
+            Buffer::Dma => step[1] == 1,
+            Buffer::Ring => line.pending() > 0 && now - byte_time >= 50,
+            Buffer::Queue => true,
         };
-        overruns += u32::from(has_overrun);
-        has_overrun = false;
         let before = text.len();
-        if let Some(event) = event {
+        if let Some(event) = event.take().or(pause.then_some(LineEvent::Idle)) {
             line.line_event(event, |found| {
                 if let Found::Frame { message, .. } = found {
                     text.push_str(&say(message.bytes()).unwrap_or_default());
@@ -234,7 +245,11 @@ fn expected(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"
     );
-    assert_eq!(overruns > 0, buffer == Buffer::Ring, "{overruns} overruns");
+    let events = line.counters().events;
+    assert!(events.idle > 20, "{events:?}");
+    assert_eq!(events.overrun > 50, buffer == Buffer::Ring, "{events:?}");
+    assert_eq!(events.framing > 50, buffer == Buffer::Ring, "{events:?}");
+    assert_eq!(events.parity > 50, buffer == Buffer::Queue, "{events:?}");
     text + &summary(line.counters())
 }
 
@@ -300,7 +315,18 @@ fn dma() {
 fn main_loop_with_ring_buffer() {
     let random = &mut ChaCha8Rng::seed_from_u64(3);
     let description = shipped("nmea");
-    let steps = steps(drawn_frames(&description, random), 70, random);
+    let mut steps = steps(drawn_frames(&description, random), 70, random);
+    for step in steps.chunks_exact_mut(2) {
+        if step[0] == BYTE && random.random_range(0..500) == 0 {
+            step[0] = ERROR;
+        }
+    }
+    // Some pauses are long enough.
+    let steps = steps.chunks_exact(2).flat_map(|step| match step[0] {
+        EVENT if random.random() => [step, &[EVENT, random.random_range(40..60)]].concat(),
+        _ => step.to_vec(),
+    });
+    let steps: Vec<u8> = steps.collect();
     let sentence = |frame: &[u8]| {
         let star = frame.iter().rposition(|byte| *byte == b'*');
         Some(hex(&frame[1..star.unwrap()]))
@@ -313,7 +339,13 @@ fn main_loop_with_ring_buffer() {
 fn task_with_queue() {
     let random = &mut ChaCha8Rng::seed_from_u64(4);
     let description = shipped("mavlink2");
-    let steps = steps(drawn_frames(&description, random), usize::MAX, random);
+    let mut steps = steps(drawn_frames(&description, random), usize::MAX, random);
+    for step in steps.chunks_exact_mut(2) {
+        if step[0] == BYTE && random.random_range(0..500) == 0 {
+            // A parity error.
+            step.copy_from_slice(&[ERROR, 1]);
+        }
+    }
     let message = |frame: &[u8]| {
         let number = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
         let payload = &frame[10..][..usize::from(frame[1])];

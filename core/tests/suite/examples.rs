@@ -179,7 +179,7 @@ fn embassys_handler_is_right_after_an_overrun() {
     let mut reception = embassy::Reception::new(0);
     let none = |_| panic!("a frame from before and after an overrun");
     assert_eq!(reception.take(Some(b"AB\0\rA"), 0, none), None);
-    assert_eq!(reception.restart(1), Some(LineEvent::Overrun));
+    reception.restart(1);
     assert_eq!(reception.take(Some(b"B\r"), 1, none), None);
     let mut setpoints = vec![];
     reception.take(Some(AMBIGUOUS), 1, |setpoint| setpoints.push(setpoint));

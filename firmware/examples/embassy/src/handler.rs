@@ -46,9 +46,9 @@ impl Reception {
     }
 
     /// Reports that the driver has lost bytes and was restarted.
-    pub(crate) fn restart(&mut self, errors: u32) -> Option<LineEvent> {
+    pub(crate) fn restart(&mut self, errors: u32) {
         (self.errors, self.in_doubt) = (errors, false);
-        self.event(LineEvent::Overrun)
+        self.line.line_event(LineEvent::Overrun, |_| ());
     }
 
     fn event(&mut self, event: LineEvent) -> Option<LineEvent> {

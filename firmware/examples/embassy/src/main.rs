@@ -26,6 +26,7 @@ use embassy_nrf::config::HfclkSource;
 use embassy_nrf::ppi::{Event, Ppi};
 use embassy_nrf::{bind_interrupts, pac, peripherals, timer, uarte};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+use framelock::LineEvent;
 use framelock::motion::{Failsafe, FailsafeParameters};
 use handler::Reception;
 use {defmt_rtt as _, panic_probe as _};
@@ -75,8 +76,8 @@ async fn main(_spawner: Spawner) {
             pin.modify(|pin| pin.set_pull(pac::gpio::vals::Pull::Pullup));
             receive_until_overrun(serial, errors.cc(0), &mut reception, &failsafe).await;
             // The driver may have lost its position in the buffer, so restart the driver.
-            let event = reception.restart(errors.cc(0).capture());
-            warn!("{}", event);
+            reception.restart(errors.cc(0).capture());
+            warn!("{}", LineEvent::Overrun);
         }
     };
     join(receive, actuate(&failsafe)).await;
@@ -91,7 +92,11 @@ async fn receive_until_overrun(
     let mut bytes = [0; 64];
     loop {
         // After an error, read until the driver's buffer is empty.
-        let wait = if reception.in_doubt { Duration::MIN } else { IDLE };
+        let wait = if reception.in_doubt {
+            Duration::MIN
+        } else {
+            IDLE
+        };
         let read = match with_timeout(wait, serial.read(&mut bytes)).await {
             Ok(Ok(count)) => bytes.get(..count),
             Ok(Err(_)) => return,

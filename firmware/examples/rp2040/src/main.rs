@@ -66,7 +66,9 @@ async fn main(_spawner: Spawner) {
             if let Err(event) = read {
                 warn!("{}", event);
             }
-            handler::take(&mut line, read, |setpoint| failsafe.borrow_mut().frame(setpoint));
+            handler::take(&mut line, read, |setpoint| {
+                failsafe.borrow_mut().frame(setpoint)
+            });
         }
     };
     join(receive, actuate(&failsafe)).await;
