@@ -106,7 +106,7 @@ pub(crate) fn main() {
     let found = bytes.iter().map(|byte| Ok(*byte));
     for found in found.chain([Err(LineEvent::Idle)]) {
         take(&mut receiver, found, |text| {
-            println!("{}", text.escape_ascii())
+            println!("{}", text.escape_ascii());
         });
     }
 }

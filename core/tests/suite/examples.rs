@@ -112,20 +112,20 @@ fn the_interrupt_handler_is_right_after_one_pause() {
 #[test]
 fn the_loop_is_right_after_one_pause() {
     let (mut reception, mut now) = (push_in_a_loop::Reception::new(), 0_u32);
-    is_right_after_one_pause(|found| match found {
-        // Each byte takes a fraction of a millisecond.
-        Ok(bytes) => bytes
-            .iter()
-            .filter_map(|&byte| reception.iterate(now, Some(byte)))
-            .collect(),
-        // The loop's port reports no errors, but pauses.
-        Err(_) => {
-            let silence = (0..=5).filter_map(|_| {
-                now = now.wrapping_add(1);
-                reception.iterate(now, None)
-            });
-            silence.collect()
+    is_right_after_one_pause(|found| {
+        if let Ok(bytes) = found {
+            // Each byte takes a fraction of a millisecond.
+            let setpoints = bytes
+                .iter()
+                .filter_map(|&byte| reception.iterate(now, Some(byte)));
+            return setpoints.collect();
         }
+        // The loop's port reports no errors, but pauses.
+        let silence = (0..=5).filter_map(|_| {
+            now = now.wrapping_add(1);
+            reception.iterate(now, None)
+        });
+        silence.collect()
     });
 }
 
@@ -137,11 +137,11 @@ fn the_reader_is_right_after_one_pause() {
 
     use self::embedded_io::{Serial, next};
 
-    let stream = AMBIGUOUS.repeat(REPEATED).leak();
+    let stream: &[u8] = AMBIGUOUS.repeat(REPEATED).leak();
     // In reverse order. A driver returns at most as many bytes as the reader's buffer holds.
-    let mut reads: Vec<_> = stream.chunks(16).rev().map(|bytes| Ok(&*bytes)).collect();
+    let mut reads: Vec<_> = stream.chunks(16).rev().map(Ok).collect();
     reads.push(Err(ErrorKind::TimedOut));
-    reads.extend(stream[1..].chunks(16).rev().map(|bytes| Ok(&*bytes)));
+    reads.extend(stream[1..].chunks(16).rev().map(Ok));
     let mut reader = Reader::new(Serial(reads), Receiver::new());
     let mut events = vec![];
     let mut setpoints = vec![];

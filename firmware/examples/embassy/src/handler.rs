@@ -30,29 +30,32 @@ impl Reception {
         errors: u32,
         frame: impl FnMut(Setpoint),
     ) -> Option<LineEvent> {
-        if errors != self.errors {
+        let event = if errors == self.errors {
+            match read {
+                Some(_) if self.in_doubt => return None,
+                Some(bytes) => {
+                    self.line.messages(bytes).for_each(frame);
+                    return None;
+                }
+                // Without the pauses, an ambiguous payload could hide every later frame.
+                None if self.line.pending() > 0 => LineEvent::Idle,
+                None => {
+                    self.in_doubt = false;
+                    return None;
+                }
+            }
+        } else {
             // The position of the error in the driver's buffer is not known, so drop the whole buffer.
             (self.errors, self.in_doubt) = (errors, true);
-            return self.event(LineEvent::Framing);
-        }
-        match read {
-            Some(_) if self.in_doubt => {}
-            Some(bytes) => self.line.messages(bytes).for_each(frame),
-            // Without the pauses, an ambiguous payload could hide every later frame.
-            None if self.line.pending() > 0 => return self.event(LineEvent::Idle),
-            None => self.in_doubt = false,
-        }
-        None
+            LineEvent::Framing
+        };
+        self.line.line_event(event, |_| ());
+        Some(event)
     }
 
     /// Reports that the driver has lost bytes and was restarted.
     pub(crate) fn restart(&mut self, errors: u32) {
         (self.errors, self.in_doubt) = (errors, false);
         self.line.line_event(LineEvent::Overrun, |_| ());
-    }
-
-    fn event(&mut self, event: LineEvent) -> Option<LineEvent> {
-        self.line.line_event(event, |_| ());
-        Some(event)
     }
 }

@@ -67,7 +67,7 @@ async fn main(_spawner: Spawner) {
                 warn!("{}", event);
             }
             handler::take(&mut line, read, |setpoint| {
-                failsafe.borrow_mut().frame(setpoint)
+                failsafe.borrow_mut().frame(setpoint);
             });
         }
     };
