@@ -93,8 +93,8 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 }
 
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
-/// what a user is promised, from the outputs alone: the bound of two outputs in a row, that an axis moves only in its
-/// phases, that only a row of frames ends a silence, and the times until an axis is at park and live. Uses three axes
+/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in its
+/// phases, and the times until every axis is at park and until every axis is live. Uses three axes
 /// of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Returns the phase after each step with three axes.
@@ -154,9 +154,16 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     demands: impl Fn([u8; 3]) -> [D; AXES],
 ) -> Vec<Phase> {
     let most_per_poll = model.parameters.most_per_poll();
+    // A quarter of the travel, rounded up.
+    assert!(
+        u64::from(most_per_poll) * 4 <= (1 << 32) / model.unit,
+        "{schedule:?}"
+    );
     let mut phases = Vec::new();
     let mut clock = schedule.start;
     let (mut faults, mut late) = (0, 0);
+    // The ticks since the last approach began, and whether a poll was late since then.
+    let (mut approached, mut is_late) = (0, false);
     let mut last = failsafe.poll(clock);
     model.poll(0);
     for &step in &schedule.steps {
@@ -201,6 +208,19 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             || (last.phase, output.phase) == (Phase::Parked, Phase::Parked)
         {
             assert_eq!(last.axes, output.axes, "{schedule:?}");
+        }
+        let [follows, followed] =
+            [output, last].map(|output| matches!(output.phase, Phase::Approach | Phase::Live));
+        if follows && followed {
+            approached += u64::from(counted);
+            is_late |= counted > model.parameters.longest_step;
+            let is_early = approached < model.parameters.approach_for.into();
+            assert!(!is_early || output.phase == Phase::Approach, "{schedule:?}");
+            let is_over = !is_late && approached >= model.parameters.live_after();
+            assert!(!is_over || output.phase == Phase::Live, "{schedule:?}");
+        } else {
+            (approached, is_late) = (0, false);
+            assert!(output.phase != Phase::Live, "{schedule:?}");
         }
         phases.push(output.phase);
         last = output;
