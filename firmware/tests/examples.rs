@@ -67,10 +67,10 @@ fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)
 
 #[test]
 fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
-    // 1.4 s, because an approach takes a second.
-    let frames = SETPOINT.repeat(2_300);
+    // 1.2 s, because an approach takes a second.
+    let frames = SETPOINT.repeat(2_000);
     each(
-        2_500,
+        2_000,
         |_, board| {
             board.send(&frames);
         },
@@ -180,13 +180,13 @@ fn bytes_around_a_pause_are_no_frame() {
 #[test]
 fn frames_behind_an_error_come_out() {
     each(
-        1_500,
+        1_300,
         |_, board| {
             let lost = board.send(&[b'.'; 400]);
             board.hold_off(board.now(), lost - board.now());
             board.send(SETPOINT);
             board.send_symbols(&[LineSymbol::BadStop(b'A')]);
-            board.send(&SETPOINT.repeat(2_300));
+            board.send(&SETPOINT.repeat(2_000));
         },
         |log| assert!(log.says(LIVE) && log.says("WARN  Framing")),
     );
@@ -197,10 +197,10 @@ fn frames_behind_an_error_come_out() {
 #[test]
 fn an_ambiguous_payload_is_right_after_one_pause() {
     each(
-        2_400,
+        1_400,
         |_, board| {
-            let frames = b"AB\0\rAB\r".repeat(2_300);
-            board.send(&frames[1..2_000]);
+            let frames = b"AB\0\rAB\r".repeat(2_000);
+            board.send(&frames[1..1_000]);
             // 10 ms.
             board.send_symbols(&[LineSymbol::Idle(1152)]);
             board.send(&frames);
