@@ -424,13 +424,13 @@ fn any_parameters(most: u32) -> impl Strategy<Value = FailsafeParameters> {
         )
 }
 
-/// The phases of the random schedules.
-static PHASES: Mutex<Occurred> = Mutex::new(Occurred::NOTHING);
+/// The phases and counters of the random schedules.
+static OCCURRED: Mutex<Occurred> = Mutex::new(Occurred::NOTHING);
 
 #[test]
 fn goes_as_the_model_does() {
     any_schedule();
-    let missing = PHASES.lock().expect("no count panics").missing();
+    let missing = OCCURRED.lock().expect("no count panics").missing();
     assert!(missing.is_empty(), "{missing:?}");
 }
 
@@ -451,7 +451,7 @@ proptest! {
             0..200,
         ),
     ) {
-        let phases = failsafe(&Schedule { parameters, start, steps }).expect("no contradiction");
-        PHASES.lock().expect("no count panics").count_phases(&phases);
+        let run = failsafe(&Schedule { parameters, start, steps }).expect("no contradiction");
+        OCCURRED.lock().expect("no count panics").count_failsafe(&run);
     }
 }
