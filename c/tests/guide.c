@@ -80,7 +80,8 @@ void drive(const uint8_t *output)
 }
 
 /* Steps: {0, byte} is a received byte, {1, 0} is a byte with an error, and {1, n} with n > 0 advances the clock by n
- * milliseconds. {2, byte} is a byte that arrives while `control` runs in the next step, after it has taken the mailbox. */
+ * milliseconds. {2, byte} is a byte that arrives while `control` runs in the next step, after it
+ * has taken the mailbox. */
 static void run(void)
 {
     int kind;

@@ -1,7 +1,7 @@
-/* A model of an Arduino board, which runs the sketch at the path SKETCH. Reads the bytes on the serial line from standard
- * input: a gap of 32 bits in microseconds, little-endian, and the byte that follows the gap. A last gap has no byte. Each
- * iteration of the loop takes 20 microseconds. Prints each change of a pin: the time in microseconds, the pin, and the
- * value. */
+/* A model of an Arduino board, which runs the sketch at the path SKETCH. Reads the bytes on the serial line from
+ * standard input: a gap of 32 bits in microseconds, little-endian, and the byte that follows the gap. A last gap has no
+ * byte. Each iteration of the loop takes 20 microseconds. Prints each change of a pin: the time in microseconds, the
+ * pin, and the value. */
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

@@ -192,8 +192,8 @@ fn frames_behind_an_error_come_out() {
     );
 }
 
-/// A frame that contains the end of a frame and the beginning of another one. Without its first byte, the receiver finds
-/// frames at the wrong place until a pause.
+/// A frame that contains the end of a frame and the beginning of another one. Without its first byte, the receiver
+/// finds frames at the wrong place until a pause.
 #[test]
 fn an_ambiguous_payload_is_right_after_one_pause() {
     each(

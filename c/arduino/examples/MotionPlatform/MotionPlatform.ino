@@ -3,9 +3,9 @@
 //
 // This is no safety function: the platform needs a switch that cuts the servos' power.
 //
-// BIN has no checksum. After a lost byte, the receiver may take the end of a frame and the beginning of the next one for
-// a frame, again and again until a pause. So this sketch reports pauses. It cannot report line errors and lost bytes,
-// because Arduino's `Serial` does not show them.
+// BIN has no checksum. After a lost byte, the receiver may take the end of a frame and the beginning of the next one
+// for a frame, again and again until a pause. So this sketch reports pauses. It cannot report line errors and lost
+// bytes, because Arduino's `Serial` does not show them.
 
 #include <bin.h>
 #include <failsafe.h>
