@@ -7,6 +7,7 @@
     reason = "tests: a panic is a failure"
 )]
 
+mod arduino;
 mod compilers;
 mod delivery;
 mod difference;
