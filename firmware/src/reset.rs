@@ -4,7 +4,7 @@
 //! but the fault's exception frame does not fit on the stack. So the processor locks up, and the chip resets itself.
 
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
@@ -98,11 +98,14 @@ pub(crate) fn last_output() -> Option<Setpoint> {
     })
 }
 
-/// Stores these outputs in RAM, so that the program can resume them after a reset.
+/// Stores these outputs in RAM, so that the program can resume them after a reset. If a reset comes between any two of
+/// its instructions, [`last_output`] returns these outputs or the ones before.
 pub(crate) fn keep_output(Setpoint { pitch, roll, yaw }: Setpoint) {
     let output = u32::from_le_bytes([pitch, roll, yaw, 0]);
     for [word, check] in &LAST_OUTPUT {
         word.store(output, Ordering::Relaxed);
         check.store(output ^ CHECK, Ordering::Relaxed);
+        // Write the second copy only when the first one is whole. The processor keeps the order of its stores.
+        compiler_fence(Ordering::SeqCst);
     }
 }

@@ -34,6 +34,21 @@ pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
         .collect()
 }
 
+/// Runs the board, and looks at LED3 every millisecond. Returns the number of milliseconds for which LED3 was lit, and
+/// how often it went on.
+pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
+    let (mut lit, mut flashes) = (0, 0);
+    let mut before = firmware.leds()[2];
+    for _ in 0..milliseconds {
+        firmware.run_for(MILLISECOND);
+        let is_lit = firmware.leds()[2];
+        lit += u64::from(is_lit);
+        flashes += u64::from(is_lit && !before);
+        before = is_lit;
+    }
+    (lit, flashes)
+}
+
 /// Sends a hundred frames a second, for `milliseconds`.
 fn drive(firmware: &mut Firmware, setpoint: [u8; 3], milliseconds: u64) {
     for _ in 0..milliseconds / 10 {
