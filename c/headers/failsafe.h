@@ -73,21 +73,18 @@ typedef struct {
     uint32_t longest_step; /* the longest time for which one poll moves an axis: twice the time between two polls */
     uint32_t hold_after; /* silence after which the output is held: at least longest_step */
     uint32_t ramp_after; /* silence after which the output moves to park: at least hold_after */
-    uint8_t frames_to_start; /* frames in a row that end a silence: at least 1; between two polls they count as one */
+    uint8_t frames_to_start; /* frames in a row that end a silence: at least 2; between two polls they count as one */
     uint32_t approach_for; /* the shortest time of an approach: at least 1 */
     uint32_t approach_travel; /* the time for the whole travel in an approach and to park: at least live_travel */
-    uint32_t live_travel; /* the time for the whole travel of a live axis: at least longest_step */
+    uint32_t live_travel; /* the time for the whole travel of a live axis: at least four times longest_step */
 } failsafe_parameters;
 
 /* The parameters after `park`, for a clock with this many ticks in a second and polls this many ticks apart: hold after
  * 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the whole travel
- * in 1 s in an approach and in 0.2 s when live. */
+ * in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer live_travel. */
 #define FAILSAFE_USUAL(ticks_per_second, poll_every)                                                                   \
     2U * (poll_every), (ticks_per_second) / 10U, (ticks_per_second) / 2U, 3U, (ticks_per_second), (ticks_per_second),  \
         (ticks_per_second) / 5U
-
-/* As live_travel, switches this bound off. Then one wrong frame moves an axis as far and fast as the actuator can. */
-#define FAILSAFE_UNBOUNDED UINT32_MAX
 
 /* Whether the parameters after `park` agree with each other. For constants, the compiler can check it:
  *
@@ -96,8 +93,8 @@ typedef struct {
  *   #endif */
 #define FAILSAFE_AGREE(...) FAILSAFE_AGREE_(__VA_ARGS__)
 #define FAILSAFE_AGREE_(step, hold, ramp, frames, least, slow, fast)                                                   \
-    ((step) > 0U && (step) <= (hold) && (hold) <= (ramp) && (frames) > 0U && (least) > 0U && (step) <= (fast) &&       \
-     (step) <= (slow) && ((fast) <= (slow) || (fast) == FAILSAFE_UNBOUNDED) && (slow) <= UINT32_MAX / 2U)
+    ((step) > 0U && (step) <= (hold) && (hold) <= (ramp) && (frames) > 1U && (least) > 0U && (step) <= (fast) / 4U &&  \
+     (fast) <= (slow) && (slow) <= UINT32_MAX / 2U)
 
 /* The state of the output. */
 typedef enum {
@@ -121,7 +118,7 @@ typedef struct {
     bool rises; /* whether the last target was above the axis */
 } failsafe_axis;
 
-/* A failsafe. Its members are private, except for the two counters. */
+/* A failsafe. Its members are private, except for the three counters. */
 typedef struct {
     failsafe_parameters parameters;
     failsafe_speed slow; /* the speed in an approach, and on the way to park */
@@ -129,13 +126,15 @@ typedef struct {
     uint32_t now; /* the time of the last poll */
     uint32_t quiet; /* ticks since the last frame; saturates */
     uint32_t silence; /* ticks since the last frame that moved the output; saturates */
-    uint32_t approached; /* the ticks that the approach has moved axes; saturates */
+    uint32_t approached; /* ticks since the approach began, a late poll counting as longest_step; saturates */
     uint8_t in_row; /* frames since the last silence; saturates */
     bool has_frame; /* whether a frame has come since the last poll */
+    bool had_frame; /* whether a poll has taken a frame */
     failsafe_demand demands[FAILSAFE_AXES];
     failsafe_axis axes[FAILSAFE_AXES];
     uint32_t clock_faults; /* how often the time went backwards; then nothing moves */
     uint32_t late_polls; /* polls more than longest_step after the poll before; they make the axes slower */
+    uint32_t slow_frames; /* frames hold_after or more after the frame before: if this grows, the sender is too slow */
 } failsafe;
 
 /* Initialises a failsafe with every axis at park. Returns false, and does nothing, if the parameters contradict each
@@ -171,12 +170,9 @@ static inline uint32_t failsafe_add(uint32_t one, uint32_t other)
 /* Returns the speed of an axis that takes this time for its whole travel. */
 static inline failsafe_speed failsafe_speed_of(uint32_t travel, uint32_t longest_step)
 {
-    failsafe_speed speed = {UINT32_MAX, UINT32_MAX};
+    const uint32_t per_tick = FAILSAFE_MOST / travel;
+    const failsafe_speed speed = {per_tick, per_tick * longest_step}; /* fits: longest_step is less than travel */
 
-    if (travel != FAILSAFE_UNBOUNDED) {
-        speed.per_tick = FAILSAFE_MOST / travel;
-        speed.per_poll = speed.per_tick * longest_step; /* fits: longest_step is at most the time for the travel */
-    }
     return speed;
 }
 
@@ -212,7 +208,15 @@ static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
             self->axes[i].is_live = false;
         }
     }
+    if (self->in_row >= parameters->frames_to_start) {
+        self->approached = failsafe_add(
+            self->approached, (elapsed < parameters->longest_step) ? elapsed : parameters->longest_step);
+    }
     if (self->has_frame) {
+        if (self->had_frame && (self->quiet >= parameters->hold_after)) {
+            self->slow_frames++;
+        }
+        self->had_frame = true;
         self->has_frame = false;
         self->quiet = 0U;
         if (self->in_row < UINT8_MAX) {
@@ -244,8 +248,7 @@ static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t 
 
 /* Moves each axis at most by the way `slow`, or by the way `fast` if it is live. Writes the output, and returns the
  * phase. */
-static inline failsafe_phase failsafe_move(failsafe *self, uint32_t ticks, uint32_t slow, uint32_t fast,
-                                           failsafe_demand *output)
+static inline failsafe_phase failsafe_move(failsafe *self, uint32_t slow, uint32_t fast, failsafe_demand *output)
 {
     const bool follows = self->in_row >= self->parameters.frames_to_start;
     const bool holds = self->silence < self->parameters.ramp_after;
@@ -254,9 +257,6 @@ static inline failsafe_phase failsafe_move(failsafe *self, uint32_t ticks, uint3
     bool are_parked = true;
     uint8_t i;
 
-    if (follows) {
-        self->approached = failsafe_add(self->approached, ticks);
-    }
     for (i = 0U; i < FAILSAFE_AXES; i++) {
         failsafe_axis *const axis = &self->axes[i];
         const uint32_t park = self->parameters.park[i] * FAILSAFE_UNIT;
@@ -300,6 +300,7 @@ FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters
     self->approached = 0U;
     self->in_row = 0U;
     self->has_frame = false;
+    self->had_frame = false;
     for (i = 0U; i < FAILSAFE_AXES; i++) {
         self->demands[i] = parameters->park[i];
         self->axes[i].position = output[i] * FAILSAFE_UNIT;
@@ -308,6 +309,7 @@ FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters
     }
     self->clock_faults = 0U;
     self->late_polls = 0U;
+    self->slow_frames = 0U;
     return true;
 }
 
@@ -318,9 +320,7 @@ FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *
 
 FAILSAFE_FUNCTION failsafe_demand failsafe_most_per_poll(const failsafe *self)
 {
-    const uint32_t way = (self->fast.per_poll < FAILSAFE_MOST) ? self->fast.per_poll : FAILSAFE_MOST;
-
-    return (failsafe_demand)((way + (FAILSAFE_UNIT - 1U)) / FAILSAFE_UNIT);
+    return (failsafe_demand)((self->fast.per_poll + (FAILSAFE_UNIT - 1U)) / FAILSAFE_UNIT);
 }
 
 FAILSAFE_FUNCTION void failsafe_frame(failsafe *self, const failsafe_demand *demands)
@@ -336,10 +336,8 @@ FAILSAFE_FUNCTION void failsafe_frame(failsafe *self, const failsafe_demand *dem
 FAILSAFE_FUNCTION failsafe_phase failsafe_poll(failsafe *self, uint32_t now, failsafe_demand *output)
 {
     const uint32_t elapsed = failsafe_pass(self, now);
-    const uint32_t longest_step = self->parameters.longest_step;
 
-    return failsafe_move(self, (elapsed < longest_step) ? elapsed : longest_step, failsafe_way(self->slow, elapsed),
-                         failsafe_way(self->fast, elapsed), output);
+    return failsafe_move(self, failsafe_way(self->slow, elapsed), failsafe_way(self->fast, elapsed), output);
 }
 
 #endif

@@ -69,7 +69,8 @@ int main(void)
             for (i = 0U; i < FAILSAFE_AXES; i++) {
                 printf(" %u", (unsigned)demands[i]);
             }
-            printf(", %u %u\n", (unsigned)platform.clock_faults, (unsigned)platform.late_polls);
+            printf(", %u %u %u\n", (unsigned)platform.clock_faults, (unsigned)platform.late_polls,
+                   (unsigned)platform.slow_frames);
         } else {
             const uint32_t now = next_number(4U);
 

@@ -41,17 +41,19 @@ impl Trial {
         };
         let longest_step = time(random, 1, 10);
         let hold_after = time(random, longest_step, 60);
-        let live = time(random, longest_step, 40);
+        let live = time(random, longest_step.saturating_mul(4), 40);
         let parameters = FailsafeParameters {
             park: of(demands(random)),
             longest_step,
             hold_after,
             ramp_after: time(random, hold_after, 200),
-            frames_to_start: random.random_range(0..40_u8) % 5
-                + u8::from(random.random_range(0..9) > 0),
+            frames_to_start: match random.random_range(0..60) {
+                0 => random.random_range(0..2),
+                _ => random.random_range(2..6),
+            },
             approach_for: time(random, 1, 100),
             approach_travel: time(random, live, 200),
-            live_travel: random.random_bool(0.8).then_some(live),
+            live_travel: live,
         };
         let mut now: u32 = if random.random() {
             random.random()
@@ -67,11 +69,10 @@ impl Trial {
             steps.extend(time.to_le_bytes());
         }
         steps.push(parameters.frames_to_start);
-        let live = parameters.live_travel.unwrap_or(u32::MAX);
         for time in [
             parameters.approach_for,
             parameters.approach_travel,
-            live,
+            parameters.live_travel,
             now,
         ] {
             steps.extend(time.to_le_bytes());
@@ -129,9 +130,10 @@ impl Trial {
                     }
                     writeln!(
                         said,
-                        ", {} {}",
+                        ", {} {} {}",
                         failsafe.clock_faults(),
-                        failsafe.late_polls()
+                        failsafe.late_polls(),
+                        failsafe.slow_frames()
                     )
                     .unwrap();
                 }

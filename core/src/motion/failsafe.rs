@@ -101,23 +101,24 @@ pub struct FailsafeParameters<D, const AXES: usize> {
     pub hold_after: u32,
     /// The length of the silence after which the failsafe moves the output to park. It is at least `hold_after`.
     pub ramp_after: u32,
-    /// The number of frames in a row that end a silence, at least 1. They are in a row if no silence of `hold_after`
-    /// is between them. Frames between the same two polls count as one.
+    /// The number of frames in a row that end a silence, at least 2, so a single frame moves nothing. They are in a
+    /// row if no silence of `hold_after` is between them. Frames between the same two polls count as one.
     pub frames_to_start: u8,
-    /// The shortest time of an approach, at least 1 tick.
+    /// The shortest time of an approach, at least 1 tick. Late polls make the approach longer.
     pub approach_for: u32,
     /// The time that an axis takes for its whole travel in an approach, and on its way to park. It is at least
     /// `live_travel`.
     pub approach_travel: u32,
-    /// The time that an axis takes for its whole travel when it is live. It is at least `longest_step`. `None` switches
-    /// this bound off: then a single wrong frame moves an axis as far and as fast as the actuator can.
-    pub live_travel: Option<u32>,
+    /// The time that an axis takes for its whole travel when it is live. It is at least four times `longest_step`, so
+    /// no poll moves an axis by more than a quarter of its travel.
+    pub live_travel: u32,
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart:
     /// hold after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and
-    /// the whole travel in 1 s in an approach and in 0.2 s when live.
+    /// the whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
+    /// `live_travel`.
     #[must_use]
     pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
         Self {
@@ -128,7 +129,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
             frames_to_start: 3,
             approach_for: ticks_per_second,
             approach_travel: ticks_per_second,
-            live_travel: Some(ticks_per_second / 5),
+            live_travel: ticks_per_second / 5,
         }
     }
 
@@ -137,23 +138,19 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// # Errors
     /// Returns the first contradiction.
     pub const fn check(&self) -> Result<(), FailsafeError> {
-        let fastest = match self.live_travel {
-            Some(ticks) => ticks,
-            None => self.longest_step,
-        };
         Err(if self.longest_step == 0 {
             FailsafeError::NoStep
         } else if self.hold_after < self.longest_step {
             FailsafeError::HoldWithinStep
         } else if self.ramp_after < self.hold_after {
             FailsafeError::RampBeforeHold
-        } else if self.frames_to_start == 0 {
-            FailsafeError::NoFrames
+        } else if self.frames_to_start < 2 {
+            FailsafeError::SingleFrame
         } else if self.approach_for == 0 {
             FailsafeError::NoApproach
-        } else if fastest < self.longest_step {
-            FailsafeError::TravelWithinStep
-        } else if self.approach_travel < fastest {
+        } else if self.live_travel / 4 < self.longest_step {
+            FailsafeError::LiveTooFast
+        } else if self.approach_travel < self.live_travel {
             FailsafeError::ApproachFasterThanLive
         } else if self.approach_travel > u32::MAX / 2 {
             FailsafeError::ApproachTooSlow
@@ -162,40 +159,43 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
         })
     }
 
-    /// Returns how many units the output of an axis can differ from the output before, whatever happens.
+    /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        self.speed(self.live_travel).units_per_poll::<D>()
+        self.fast().units_per_poll::<D>()
     }
 
     /// Returns the longest time in ticks from the poll that takes the last frame until every axis is at park, if no two
-    /// polls are more than `longest_step` apart. Then the next poll finds every axis at park.
+    /// polls are more than `longest_step` apart. The first poll after this time finds every axis at park.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
-        let slow = self.speed(Some(self.approach_travel));
         let ways = self.park.into_iter().map(|park| {
             let park = park.position();
             park.max(D::MOST.saturating_sub(park))
         });
         let longest = ways.max().unwrap_or(0);
-        let ticks = longest.div_ceil(slow.per_tick.max(1));
+        let ticks = longest.div_ceil(self.slow().per_tick.max(1));
         u64::from(ticks).saturating_add(self.ramp_after.into())
     }
 
-    /// Returns the speed of an axis that takes this time for its whole travel.
-    const fn speed(&self, travel: Option<u32>) -> Speed {
-        let per_tick = match travel {
-            Some(ticks) => D::MOST.checked_div(ticks),
-            None => None,
-        };
-        let per_tick = match per_tick {
-            Some(way) => way,
-            None => u32::MAX,
-        };
-        Speed {
-            per_tick,
-            per_poll: per_tick.saturating_mul(self.longest_step),
-        }
+    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, in any motion,
+    /// if frames keep coming and no two polls are more than `longest_step` apart. The first poll after this time finds
+    /// every axis live.
+    #[must_use]
+    pub const fn live_after(&self) -> u64 {
+        let per_tick = self.slow().per_tick;
+        let ticks = D::MOST.div_ceil(if per_tick == 0 { 1 } else { per_tick });
+        self.approach_for as u64 + ticks as u64
+    }
+
+    /// Returns the speed in an approach, and on the way to park.
+    const fn slow(&self) -> Speed {
+        Speed::new::<D>(self.approach_travel, self.longest_step)
+    }
+
+    /// Returns the speed of a live axis.
+    const fn fast(&self) -> Speed {
+        Speed::new::<D>(self.live_travel, self.longest_step)
     }
 }
 
@@ -207,14 +207,21 @@ struct Speed {
 }
 
 impl Speed {
-    /// Returns the largest difference between two outputs in a row.
-    const fn units_per_poll<D: Demand>(self) -> u32 {
-        let way = if self.per_poll < D::MOST {
-            self.per_poll
-        } else {
-            D::MOST
+    /// Returns the speed of an axis that takes this time for its whole travel.
+    const fn new<D: Demand>(travel: u32, longest_step: u32) -> Self {
+        let per_tick = match D::MOST.checked_div(travel) {
+            Some(way) => way,
+            None => u32::MAX,
         };
-        way.div_ceil(D::UNIT)
+        Self {
+            per_tick,
+            per_poll: per_tick.saturating_mul(longest_step),
+        }
+    }
+
+    /// Returns the largest difference between two consecutive outputs.
+    const fn units_per_poll<D: Demand>(self) -> u32 {
+        self.per_poll.div_ceil(D::UNIT)
     }
 
     /// Returns the longest way that an axis moves in a poll after this time.
@@ -234,15 +241,15 @@ pub enum FailsafeError {
     HoldWithinStep,
     /// `ramp_after` is less than `hold_after`.
     RampBeforeHold,
-    /// `frames_to_start` is 0.
-    NoFrames,
+    /// `frames_to_start` is 0 or 1, so a single false frame would move a parked axis.
+    SingleFrame,
     /// `approach_for` is 0.
     NoApproach,
-    /// `live_travel` is less than `longest_step`, so one poll could move an axis over its whole travel.
-    TravelWithinStep,
-    /// `approach_travel` is less than `live_travel` or `longest_step`.
+    /// `live_travel` is less than four times `longest_step`, so one poll would move an axis too far.
+    LiveTooFast,
+    /// `approach_travel` is less than `live_travel`.
     ApproachFasterThanLive,
-    /// `approach_travel` is so large that an axis would never move.
+    /// `approach_travel` is more than half the clock's range.
     ApproachTooSlow,
 }
 
@@ -254,13 +261,11 @@ impl FailsafeError {
             Self::NoStep => "longest_step is 0 ticks; it must be at least 1",
             Self::HoldWithinStep => "hold_after is less than longest_step",
             Self::RampBeforeHold => "ramp_after is less than hold_after",
-            Self::NoFrames => "frames_to_start is 0; it must be at least 1",
+            Self::SingleFrame => "frames_to_start is less than 2",
             Self::NoApproach => "approach_for is 0 ticks; it must be at least 1",
-            Self::TravelWithinStep => "live_travel is less than longest_step",
-            Self::ApproachFasterThanLive => {
-                "approach_travel is less than live_travel or longest_step"
-            }
-            Self::ApproachTooSlow => "approach_travel is too large",
+            Self::LiveTooFast => "live_travel is less than four times longest_step",
+            Self::ApproachFasterThanLive => "approach_travel is less than live_travel",
+            Self::ApproachTooSlow => "approach_travel is more than half the clock's range",
         }
     }
 }
@@ -361,14 +366,18 @@ pub struct Failsafe<D, const AXES: usize> {
     silence: u32,
     /// The number of frames since the last silence. Saturates at the largest number.
     in_row: u8,
-    /// The ticks that the approach has moved axes. Saturates at the largest number.
+    /// Ticks since the poll that started the approach. A late poll counts as `longest_step`. Saturates at the largest
+    /// number.
     approached: u32,
     /// Whether a frame has come since the last poll.
     has_frame: bool,
+    /// Whether a poll has taken a frame.
+    had_frame: bool,
     demands: [D; AXES],
     axes: [Axis; AXES],
     clock_faults: u32,
     late_polls: u32,
+    slow_frames: u32,
 }
 
 /// One axis.
@@ -402,14 +411,15 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         parameters.check()?;
         Ok(Self {
             parameters,
-            slow: parameters.speed(Some(parameters.approach_travel)),
-            fast: parameters.speed(parameters.live_travel),
+            slow: parameters.slow(),
+            fast: parameters.fast(),
             now,
             quiet: u32::MAX,
             silence: u32::MAX,
             in_row: 0,
             approached: 0,
             has_frame: false,
+            had_frame: false,
             demands: parameters.park,
             axes: output.into().map(|output| Axis {
                 position: output.position(),
@@ -418,6 +428,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             }),
             clock_faults: 0,
             late_polls: 0,
+            slow_frames: 0,
         })
     }
 
@@ -431,12 +442,12 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
         let elapsed = self.pass(now);
         let ways = [self.slow, self.fast].map(|speed| speed.way(elapsed));
-        let ticks = elapsed.min(self.parameters.longest_step);
-        self.step(ticks, ways)
+        self.step(ways)
     }
 
     /// Returns how often the time went backwards: how many polls got a time that is more than half the counter's range
-    /// after the last poll's. The failsafe assumes that no time has passed.
+    /// after the last poll's. Such a poll counts as no time: nothing moves, and a silence does not become longer. So
+    /// poll more often than half the counter's range.
     #[must_use]
     pub fn clock_faults(&self) -> u32 {
         self.clock_faults
@@ -447,6 +458,15 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     #[must_use]
     pub fn late_polls(&self) -> u32 {
         self.late_polls
+    }
+
+    /// Returns how many frames came `hold_after` or more after the frame before. The first frame does not count.
+    ///
+    /// If the number grows and the phase is neither [`Live`](Phase::Live) nor [`Approach`](Phase::Approach), frames
+    /// arrive, but too slowly: `hold_after` allows one of them at most. If it does not grow, no frames arrive.
+    #[must_use]
+    pub fn slow_frames(&self) -> u32 {
+        self.slow_frames
     }
 
     /// Counts the time and the frame since the last poll. Returns the time.
@@ -470,7 +490,15 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
                 axis.is_live = false;
             }
         }
+        if self.in_row >= parameters.frames_to_start {
+            let ticks = elapsed.min(parameters.longest_step);
+            self.approached = self.approached.saturating_add(ticks);
+        }
         if mem::take(&mut self.has_frame) {
+            if self.had_frame && self.quiet >= parameters.hold_after {
+                self.slow_frames = self.slow_frames.wrapping_add(1);
+            }
+            self.had_frame = true;
             self.quiet = 0;
             self.in_row = self.in_row.saturating_add(1);
         }
@@ -481,7 +509,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     }
 
     /// Moves each axis at most by the first way, or by the second one if the axis is live. Returns the output.
-    fn step(&mut self, ticks: u32, ways: [u32; 2]) -> Output<D, AXES> {
+    fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
         let FailsafeParameters {
             park,
             ramp_after,
@@ -492,9 +520,6 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         let follows = self.in_row >= frames_to_start;
         let holds = self.silence < ramp_after;
         let may_go_live = self.approached >= approach_for;
-        if follows {
-            self.approached = self.approached.saturating_add(ticks);
-        }
         let (mut are_live, mut are_parked) = (true, true);
         let targets = self.demands.into_iter().zip(park);
         for (axis, (demand, park)) in self.axes.iter_mut().zip(targets) {

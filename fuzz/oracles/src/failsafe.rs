@@ -55,7 +55,7 @@ impl<'a> Arbitrary<'a> for Schedule {
             hold_after = hold_after.saturating_add(longest_step);
             ramp_after = ramp_after.saturating_add(hold_after);
             approach_for = approach_for.max(1);
-            live = live.saturating_add(longest_step);
+            live = live.saturating_add(longest_step.saturating_mul(4));
             approach_travel = approach_travel.saturating_add(live);
         }
         Ok(Self {
@@ -63,10 +63,10 @@ impl<'a> Arbitrary<'a> for Schedule {
                 longest_step,
                 hold_after,
                 ramp_after,
-                frames_to_start: u8::arbitrary(u)? % 5 + u8::from(!has(7)),
+                frames_to_start: u8::arbitrary(u)? % 5 + if has(7) { 0 } else { 2 },
                 approach_for,
                 approach_travel,
-                live_travel: (!has(6)).then_some(live),
+                live_travel: live,
                 park: u.arbitrary()?,
             },
             start: u.arbitrary()?,
@@ -125,12 +125,11 @@ pub fn failsafe(schedule: &Schedule) -> Result<Vec<Phase>, FailsafeError> {
 
 /// Returns whether the parameters contradict each other.
 fn contradict<D, const AXES: usize>(p: &FailsafeParameters<D, AXES>) -> bool {
-    let fastest = p.live_travel.unwrap_or(p.longest_step);
     let in_order = [1, p.longest_step, p.hold_after, p.ramp_after, u32::MAX].is_sorted()
-        && p.longest_step <= fastest
-        && fastest <= p.approach_travel
+        && u64::from(p.longest_step) * 4 <= u64::from(p.live_travel)
+        && p.live_travel <= p.approach_travel
         && p.approach_travel <= u32::MAX / 2;
-    !in_order || p.frames_to_start == 0 || p.approach_for == 0
+    !in_order || p.frames_to_start < 2 || p.approach_for == 0
 }
 
 /// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes. Returns the
@@ -182,8 +181,12 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             "{schedule:?}"
         );
         assert_eq!(
-            (failsafe.clock_faults(), failsafe.late_polls()),
-            (faults, late)
+            [
+                failsafe.clock_faults(),
+                failsafe.late_polls(),
+                failsafe.slow_frames()
+            ],
+            [faults, late, model.slow_frames]
         );
         // The promises, from the outputs alone.
         for (from, to) in last.axes.into_iter().zip(output.axes) {
@@ -232,6 +235,9 @@ struct Model<D, const AXES: usize> {
     now: u64,
     /// The times of the polls that took frames, since the last silence.
     row: Vec<u64>,
+    /// The time of the last poll that took a frame.
+    last_frame: Option<u64>,
+    slow_frames: u32,
     /// The time of the last frame that moved the output.
     obeyed: Option<u64>,
     approached: u64,
@@ -256,6 +262,8 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
             unit,
             now: 0,
             row: vec![],
+            last_frame: None,
+            slow_frames: 0,
             obeyed: None,
             approached: 0,
             has_frame: false,
@@ -284,10 +292,7 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
     }
 
     /// Returns how far an axis may move.
-    fn way(&self, travel: Option<u32>, ticks: u64) -> u64 {
-        let Some(travel) = travel else {
-            return if ticks == 0 { 0 } else { u64::MAX };
-        };
+    fn way(&self, travel: u32, ticks: u64) -> u64 {
         let most = (1 << 32) - self.unit;
         most / u64::from(travel) * ticks.min(self.parameters.longest_step.into())
     }
@@ -307,17 +312,23 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
             self.approached = 0;
             self.axes.iter_mut().for_each(|axis| axis.is_live = false);
         }
+        if self.follows() {
+            self.approached += ticks.min(p.longest_step.into());
+        }
         if std::mem::take(&mut self.has_frame) {
             self.row.push(self.now);
+            let last = self.last_frame.replace(self.now);
+            if last.is_some_and(|last| self.now - last >= p.hold_after.into()) {
+                self.slow_frames += 1;
+            }
         }
         let may_go_live = self.approached >= p.approach_for.into();
         if self.follows() {
             self.obeyed = self.row.last().copied();
-            self.approached += ticks.min(p.longest_step.into());
         }
         let holds = self.holds();
         let (slow, fast) = (
-            self.way(Some(p.approach_travel), ticks),
+            self.way(p.approach_travel, ticks),
             self.way(p.live_travel, ticks),
         );
         let follows = self.follows();

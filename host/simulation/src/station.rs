@@ -56,13 +56,13 @@ fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
     };
     let hold_after = microseconds(parameters.hold_after);
     let longest_step = hold_after.min(2 * 2_000);
-    let approach_travel = microseconds(parameters.full_travel).max(longest_step);
+    let approach_travel = microseconds(parameters.full_travel).max(4 * longest_step);
     FailsafeParameters {
         longest_step,
         hold_after,
         ramp_after: microseconds(parameters.ramp_after),
         approach_travel,
-        live_travel: Some((approach_travel / 5).max(longest_step)),
+        live_travel: (approach_travel / 5).max(4 * longest_step),
         ..FailsafeParameters::for_clock(1_000_000, 2_000, LEVEL.into())
     }
 }

@@ -12,12 +12,13 @@ use framelock_simulation::LEVEL;
 use serde::Serialize;
 
 /// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
-/// eight. An axis takes a second to move from one end to the other. One frame starts it.
+/// eight. An axis takes a second to move from one end to the other. Two frames start it.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
-    frames_to_start: 1,
+    frames_to_start: 2,
     approach_for: 1,
+    live_travel: 400,
     ..FailsafeParameters::for_clock(1_000, 50, [LEVEL.pitch, LEVEL.roll, LEVEL.yaw])
 };
 
