@@ -11,9 +11,13 @@ use crate::outputs::{led3, pulse, pulses};
 const MOST_PER_POLL: u8 = 6;
 /// The most units per poll in an approach and on the way to park, where 255 units take a second.
 const MOST_PER_SLOW_POLL: u8 = 2;
-/// The most by which a pulse differs from the pulse before, in microseconds. A new pulse begins 16 to 26 ms after the
-/// one before was decided. In 26 ms the pulse moves by 130 us. One more unit and rounding make up for the rest.
+/// The most by which a pulse differs from the pulse before, in microseconds. A pulse is decided at most 26 ms after the
+/// pulse before, and moves by 5 us per millisecond. One unit is 4 us.
 const MOST_PER_PULSE: u64 = 136;
+/// The same for the pulses before and after a halt, which are decided at most 44 ms apart, not counting the halt.
+const MOST_PER_HALT: u64 = 226;
+/// The same in an approach and on the way to park, where a pulse moves by 1 us per millisecond.
+const MOST_PER_SLOW_PULSE: u64 = 50;
 /// The time between two frames.
 const FRAME_EVERY: u64 = 20;
 /// The time of a frame on the line, in cycles.
@@ -52,16 +56,17 @@ impl Recorded {
         *pulses(&mut self.firmware, 0).last().unwrap()
     }
 
-    /// Returns the outputs of all polls since an instant, without repetitions.
+    /// Returns the output at an instant, and the outputs of all later polls, without repetitions.
     fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
         let changes = &self.firmware.board.trace().changes;
         let kept = changes.iter().filter(|change| change.watch == self.kept);
-        kept.filter(|change| change.at >= since)
-            .map(|change| {
-                let [axes @ .., _] = change.value.to_le_bytes();
-                axes
-            })
-            .collect()
+        let kept: Vec<_> = kept.collect();
+        let later = kept.partition_point(|change| change.at < since);
+        let outputs = kept[later.saturating_sub(1)..].iter().map(|change| {
+            let [axes @ .., _] = change.value.to_le_bytes();
+            axes
+        });
+        outputs.collect()
     }
 
     /// Asserts that no output of a poll has changed by more than `most` units since an instant, and no pulse by more
@@ -71,9 +76,14 @@ impl Recorded {
             let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
             assert!(differences.max() <= Some(most), "{what}: {pair:?}");
         }
-        for pair in pulses(&mut self.firmware, since).windows(2) {
+        let before = since.saturating_sub(FRAME_EVERY * MILLISECOND);
+        for pair in pulses(&mut self.firmware, before).windows(2) {
             let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
-            let most = if most == MOST_PER_SLOW_POLL { 30 } else { MOST_PER_PULSE };
+            let most = match most {
+                MOST_PER_SLOW_POLL => MOST_PER_SLOW_PULSE,
+                _ if self.firmware.counter("late_polls") > 0 => MOST_PER_HALT,
+                _ => MOST_PER_PULSE,
+            };
             assert!(differences.max() <= Some(most), "{what}: {pair:?}");
         }
     }
@@ -83,8 +93,8 @@ impl Recorded {
 /// on.
 #[test]
 fn after_a_halt_the_outputs_go_on_from_where_they_are() {
-    for halt in [5, 50, 90, 130, 300, 700, 2_000] {
-        let mut recorded = Recorded::booted();
+    let mut recorded = Recorded::booted();
+    for (n, halt) in (1..).zip(sample(5..50, 15).chain([90, 130, 300, 700, 2_000])) {
         recorded.live_at([255, 0, 255]);
         let firmware = &mut recorded.firmware;
         let from = firmware.board.now();
@@ -99,17 +109,23 @@ fn after_a_halt_the_outputs_go_on_from_where_they_are() {
         firmware.board.halt_for(halt * MILLISECOND);
         firmware.run_for((halt + 1_500) * MILLISECOND);
         assert!(firmware.resets().is_empty(), "{halt} ms");
-        assert_eq!(firmware.counter("late_polls"), 1, "{halt} ms");
+        assert_eq!(firmware.counter("late_polls"), n, "{halt} ms");
         let what = format!("a halt of {halt} ms");
         recorded.assert_bounded(from, MOST_PER_POLL, &what);
         let polled = recorded.polled(from);
         assert_eq!(polled.last(), Some(&[128; 3]), "it parks without frames");
         if halt >= 130 {
             recorded.assert_bounded(from, MOST_PER_SLOW_POLL, &what);
-            assert!(polled.iter().all(|[pitch, roll, _]| *pitch >= 128 && *roll <= 128), "only to park");
+            assert!(
+                polled
+                    .iter()
+                    .all(|[pitch, roll, _]| *pitch >= 128 && *roll <= 128),
+                "only to park"
+            );
         }
-        recorded.live_at([0, 255, 128]);
-        recorded.assert_bounded(from, MOST_PER_POLL, "three frames start it again");
+        recorded.drive(1_500, |_| [0, 255, 128]);
+        recorded.assert_bounded(from, MOST_PER_POLL, "frames start it again");
+        assert_eq!(recorded.last_pulses(), [pulse(0), pulse(255), pulse(128)]);
     }
 }
 
@@ -121,8 +137,6 @@ fn frames_that_equal_the_park_position_do_not_end_the_approach() {
     recorded.drive(60, |_| [128; 3]);
     recorded.drive(900, |_| [255, 0, 255]);
     recorded.assert_bounded(from, MOST_PER_SLOW_POLL, "approach");
-    let (lit, flashes) = led3(&mut recorded.firmware, 30);
-    assert!(lit == 30 || lit == 0 || flashes > 0);
     recorded.live_at([255, 0, 255]);
     recorded.assert_bounded(from, MOST_PER_POLL, "approach, then live");
 }
@@ -167,7 +181,7 @@ fn one_or_two_frames_after_a_silence_move_nothing() {
         for widths in pulses(&mut recorded.firmware, from) {
             assert_eq!(widths, [pulse(128); 3]);
         }
-        assert!(recorded.polled(from).is_empty());
+        assert!(recorded.polled(from).len() <= 1);
     }
 }
 
@@ -197,17 +211,29 @@ fn no_reset_lets_an_output_jump() {
     type Cause = (&'static str, fn(&mut Firmware), ResetCause);
     let causes: [Cause; 5] = [
         ("hard fault", fault, ResetCause::Soft),
-        ("watchdog", |firmware| {
-            firmware.board.stick_main_loop().unwrap();
-            firmware.run_for(260 * MILLISECOND);
-        }, ResetCause::Watchdog),
+        (
+            "watchdog",
+            |firmware| {
+                firmware.board.stick_main_loop().unwrap();
+                firmware.run_for(260 * MILLISECOND);
+            },
+            ResetCause::Watchdog,
+        ),
         ("pin", |firmware| firmware.board.reset(), ResetCause::Pin),
-        ("brown-out", |firmware| firmware.board.brown_out(), ResetCause::BrownOut),
-        ("reset while it starts", |firmware| {
-            firmware.board.reset();
-            firmware.run_for(MILLISECOND / 5);
-            firmware.board.reset();
-        }, ResetCause::Pin),
+        (
+            "brown-out",
+            |firmware| firmware.board.brown_out(),
+            ResetCause::BrownOut,
+        ),
+        (
+            "reset while it starts",
+            |firmware| {
+                firmware.board.reset();
+                firmware.run_for(MILLISECOND / 5);
+                firmware.board.reset();
+            },
+            ResetCause::Pin,
+        ),
     ];
     for (name, cause, expected) in causes {
         let mut recorded = Recorded::booted();
@@ -215,7 +241,9 @@ fn no_reset_lets_an_output_jump() {
         let from = recorded.firmware.board.now();
         for offset in sample(0..20, 3) {
             recorded.drive(40, |_| [0, 255, 128]);
-            recorded.firmware.run_for(offset * MILLISECOND + 300 * offset);
+            recorded
+                .firmware
+                .run_for(offset * MILLISECOND + 300 * offset);
             let before = recorded.last_pulses();
             assert_ne!(before, [pulse(128); 3]);
             recorded.firmware.resets();
@@ -246,10 +274,16 @@ fn fault(firmware: &mut Firmware) {
 fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     const FROM: [u8; 3] = [200, 50, 90];
     let mut firmware = Firmware::booted("default");
-    let kept = firmware.board.image().symbol("LAST_OUTPUT").unwrap().address;
+    let kept = firmware
+        .board
+        .image()
+        .symbol("LAST_OUTPUT")
+        .unwrap()
+        .address;
     let output = |axes: [u8; 3]| u32::from_le_bytes([axes[0], axes[1], axes[2], 0]);
     let start = |firmware: &mut Firmware| {
-        let words = [output(FROM), output(FROM) ^ 0x5E27_0A75].repeat(2);
+        // Only the first copy is whole. The first pass must write the second copy, too.
+        let words = [output(FROM), output(FROM) ^ 0x5E27_0A75, 0, 0];
         let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
         firmware.board.patch(kept, &bytes).unwrap();
         firmware.board.brown_out();
@@ -257,7 +291,7 @@ fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     };
     // Find the pass in which the output changes for the first time: its first and its last instruction.
     let began = start(&mut firmware);
-    let (mut slept, mut first, mut next) = (0, 0, None);
+    let (mut slept, mut first, mut stored, mut next) = (0, 0, 0, None);
     let limit = firmware.board.now() + 20 * MILLISECOND;
     let passed = firmware.board.run(limit, |board| {
         let instructions = board.instructions() - began;
@@ -266,8 +300,8 @@ fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
         if next.is_none() && sleeps {
             first = instructions;
         }
-        if now != output(FROM) {
-            next = Some(now);
+        if now != output(FROM) && next.is_none() {
+            (next, stored) = (Some(now), instructions);
         }
         next.is_some() && sleeps
     });
@@ -278,7 +312,10 @@ fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     let expected = [FROM, next].map(|axes| axes.map(|unit| pulse(unit.into())));
     assert_ne!(expected[0], expected[1]);
     let mut resumed = [0; 2];
-    for place in first..=last {
+    // The instructions around the first store, and a sample of the others.
+    let near = stored - 20..stored + 20;
+    let others = sample(first..=last, 9).filter(|place| !near.contains(place));
+    for place in near.clone().chain(others) {
         let began = start(&mut firmware);
         let limit = firmware.board.now() + 20 * MILLISECOND;
         let there = firmware
