@@ -78,34 +78,48 @@ pub(crate) fn cause(power: &POWER) -> u32 {
 ///
 /// No start-up code writes to this section. After power-on its content is arbitrary. Any other reset usually leaves it
 /// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only the check word shows
-/// whether the output is known. Arbitrary content passes this check with a probability of 2^-32. The attribute `used`
+/// whether the output is known. Arbitrary content passes this check with a probability of 2^-31. The attribute `used`
 /// prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]
-static LAST_OUTPUT: [[AtomicU32; 2]; 2] = [const { [const { AtomicU32::new(0) }; 2] }; 2];
+static LAST_OUTPUT: [Stored; 2] = [const { [const { AtomicU32::new(0) }; 2] }; 2];
+
+type Stored = [AtomicU32; 2];
 
 /// The difference (XOR) between the check word and the output.
 const CHECK: u32 = 0x5E27_0A75;
 
 /// Returns the outputs before the reset, or `None` if they are not known.
+///
+/// The reset may have left one copy corrupted. [`keep_output`] begins with the first copy, so the second one must be
+/// whole before the program calls it.
 pub(crate) fn last_output() -> Option<Setpoint> {
-    LAST_OUTPUT.iter().find_map(|[output, check]| {
-        let output = output.load(Ordering::Relaxed);
-        let is_known = check.load(Ordering::Relaxed) == output ^ CHECK;
-        let [pitch, roll, yaw, _] = output.to_le_bytes();
-        is_known.then_some(Setpoint { pitch, roll, yaw })
-    })
+    let [first, second] = &LAST_OUTPUT;
+    let output = read(first).or_else(|| read(second))?;
+    store(second, output);
+    let [pitch, roll, yaw, _] = output.to_le_bytes();
+    Some(Setpoint { pitch, roll, yaw })
 }
 
-/// Stores these outputs in RAM, so that the program can resume them after a reset. If a reset comes between any two of
-/// its instructions, [`last_output`] returns these outputs or the ones before.
+/// Stores these outputs in RAM, so that the program can resume them after a reset. If a reset comes between any two
+/// instructions, [`last_output`] returns these outputs or the ones before.
 pub(crate) fn keep_output(Setpoint { pitch, roll, yaw }: Setpoint) {
-    let output = u32::from_le_bytes([pitch, roll, yaw, 0]);
-    for [word, check] in &LAST_OUTPUT {
-        word.store(output, Ordering::Relaxed);
-        check.store(output ^ CHECK, Ordering::Relaxed);
-        // Write the second copy only when the first one is whole. The processor keeps the order of its stores.
-        compiler_fence(Ordering::SeqCst);
+    for copy in &LAST_OUTPUT {
+        store(copy, u32::from_le_bytes([pitch, roll, yaw, 0]));
     }
+}
+
+/// Returns the output in this copy, or `None` if the copy is not whole.
+fn read([output, check]: &Stored) -> Option<u32> {
+    let output = output.load(Ordering::Relaxed);
+    (check.load(Ordering::Relaxed) == output ^ CHECK).then_some(output)
+}
+
+/// Writes a copy.
+fn store([word, check]: &Stored, output: u32) {
+    word.store(output, Ordering::Relaxed);
+    check.store(output ^ CHECK, Ordering::Relaxed);
+    // The next copy may be written only when this one is whole. The processor keeps the order of its stores.
+    compiler_fence(Ordering::SeqCst);
 }

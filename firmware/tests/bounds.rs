@@ -39,8 +39,9 @@ impl Recorded {
     /// Sends a frame every 20 ms for this number of milliseconds. `demand` returns the demands for a time in
     /// milliseconds.
     fn drive(&mut self, milliseconds: u64, demand: impl Fn(u64) -> Setpoint) {
-        for time in (0..milliseconds).step_by(FRAME_EVERY as usize) {
-            self.firmware.send_and_wait(&frame(demand(time)), 0);
+        for n in 0..milliseconds / FRAME_EVERY {
+            let demands = demand(n * FRAME_EVERY);
+            self.firmware.send_and_wait(&frame(demands), 0);
             self.firmware.run_for(FRAME_EVERY * MILLISECOND - FRAME);
         }
     }
@@ -142,6 +143,12 @@ fn frames_that_equal_the_park_position_do_not_end_the_approach() {
 }
 
 /// Returns a demand of a motion: a sine of this amplitude and frequency.
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the numbers are small, and the result is between 0 and 255"
+)]
 fn sine(milliseconds: u64, amplitude: f64, hertz: f64, phase: f64) -> u8 {
     let angle = std::f64::consts::TAU * (hertz * milliseconds as f64 / 1_000.0 + phase);
     (128.0 + amplitude * angle.sin()).round() as u8
@@ -151,21 +158,23 @@ fn sine(milliseconds: u64, amplitude: f64, hertz: f64, phase: f64) -> u8 {
 /// within another second.
 #[test]
 fn an_approach_ends_in_every_motion() {
-    let thirds = |time| [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| sine(time, 60.0, 1.0, phase));
-    let fast = |time| [1.0, 1.3, 0.8].map(|hertz| sine(time, 100.0, hertz, 0.0));
-    let motions: [(&str, fn(u64) -> Setpoint); 2] = [("thirds", thirds), ("fast", fast)];
-    for (name, motion) in motions {
+    type Motion = fn(u64) -> Setpoint;
+    let thirds: Motion =
+        |time| [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| sine(time, 60.0, 1.0, phase));
+    let fast: Motion = |time| [1.0, 1.3, 0.8].map(|hertz| sine(time, 100.0, hertz, 0.0));
+    for (name, motion) in [("thirds", thirds), ("fast", fast)] {
         let mut recorded = Recorded::booted();
         let from = recorded.firmware.board.now();
         recorded.drive(960, motion);
         recorded.assert_bounded(from, MOST_PER_SLOW_POLL, name);
         recorded.drive(1_100, |time| motion(960 + time));
         let live_from = recorded.firmware.board.now();
+        assert!(!recorded.firmware.leds()[2], "{name}: live within 2.06 s");
         recorded.drive(3_000, |time| motion(2_060 + time));
         let led3 = |pins: &nrf52840_emulator::Pins| pins.high[0] >> 15 & 1 == 0;
         let pins = recorded.firmware.board.trace().pin_changes.iter();
         let lit = pins.filter(|(at, pins)| *at > live_from && led3(pins));
-        assert_eq!(lit.count(), 0, "{name}: live within 2.06 s");
+        assert_eq!(lit.count(), 0, "{name}: live from then on");
         recorded.assert_bounded(from, MOST_PER_POLL, name);
     }
 }
@@ -269,69 +278,80 @@ fn fault(firmware: &mut Firmware) {
     firmware.patch("UARTE0_UART0", code);
 }
 
-/// The output is stored in several steps. Here a reset comes after each instruction of a pass of the main loop.
+/// The output is stored in several steps. Here a reset comes after each instruction that stores it, and after a sample of
+/// the other instructions of this pass of the main loop. An earlier reset has already corrupted one of the two copies.
 #[test]
 fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     const FROM: [u8; 3] = [200, 50, 90];
-    let mut firmware = Firmware::booted("default");
-    let kept = firmware
-        .board
-        .image()
-        .symbol("LAST_OUTPUT")
-        .unwrap()
-        .address;
-    let output = |axes: [u8; 3]| u32::from_le_bytes([axes[0], axes[1], axes[2], 0]);
-    let start = |firmware: &mut Firmware| {
-        // Only the first copy is whole. The first pass must write the second copy, too.
-        let words = [output(FROM), output(FROM) ^ 0x5E27_0A75, 0, 0];
-        let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
-        firmware.board.patch(kept, &bytes).unwrap();
-        firmware.board.brown_out();
-        firmware.board.instructions()
-    };
-    // Find the pass in which the output changes for the first time: its first and its last instruction.
-    let began = start(&mut firmware);
-    let (mut slept, mut first, mut stored, mut next) = (0, 0, 0, None);
-    let limit = firmware.board.now() + 20 * MILLISECOND;
-    let passed = firmware.board.run(limit, |board| {
-        let instructions = board.instructions() - began;
-        let sleeps = std::mem::replace(&mut slept, board.slept()) != board.slept();
-        let now = board.memory().word(kept).unwrap();
-        if next.is_none() && sleeps {
-            first = instructions;
-        }
-        if now != output(FROM) && next.is_none() {
-            (next, stored) = (Some(now), instructions);
-        }
-        next.is_some() && sleeps
-    });
-    assert!(passed.unwrap());
-    let last = firmware.board.instructions() - began;
-    let [next @ .., _] = next.unwrap().to_le_bytes();
-    assert!(last - first > 100, "{first} to {last}");
-    let expected = [FROM, next].map(|axes| axes.map(|unit| pulse(unit.into())));
-    assert_ne!(expected[0], expected[1]);
+    const OUTPUT: u32 = u32::from_le_bytes([FROM[0], FROM[1], FROM[2], 0]);
+    const WHOLE: [u32; 2] = [OUTPUT, OUTPUT ^ 0x5E27_0A75];
     let mut resumed = [0; 2];
-    // The instructions around the first store, and a sample of the others.
-    let near = stored - 20..stored + 20;
-    let others = sample(first..=last, 9).filter(|place| !near.contains(place));
-    for place in near.clone().chain(others) {
-        let began = start(&mut firmware);
-        let limit = firmware.board.now() + 20 * MILLISECOND;
-        let there = firmware
+    for corrupted in 0..2 {
+        let mut copies = [WHOLE; 2];
+        copies[corrupted][1] ^= 1;
+        let bytes: Vec<u8> = copies
+            .concat()
+            .into_iter()
+            .flat_map(u32::to_le_bytes)
+            .collect();
+        let mut firmware = Firmware::booted("default");
+        let kept = firmware
             .board
-            .run(limit, |board| board.instructions() - began == place);
-        assert!(there.unwrap());
-        firmware.board.brown_out();
-        let reset = firmware.board.now();
-        firmware.run_for(2 * MILLISECOND);
-        let widths = pulses(&mut firmware, reset)[0];
-        let found = expected.iter().position(|expected| *expected == widths);
-        let Some(found) = found else {
-            panic!("after instruction {place}: {widths:?}");
+            .image()
+            .symbol("LAST_OUTPUT")
+            .unwrap()
+            .address;
+        let start = |firmware: &mut Firmware| {
+            firmware.board.patch(kept, &bytes).unwrap();
+            firmware.board.brown_out();
+            (
+                firmware.board.instructions(),
+                firmware.board.now() + 20 * MILLISECOND,
+            )
         };
-        resumed[found] += 1;
-        std::mem::take(firmware.board.trace());
+        // Run to the end of the first pass that changes the output. Note when the pass began, and when it or an
+        // earlier instruction stored something.
+        let (began, limit) = start(&mut firmware);
+        let (mut slept, mut first, mut next, mut stores) = (0, 0, None, Vec::new());
+        let passed = firmware.board.run(limit, |board| {
+            let instructions = board.instructions() - began;
+            let sleeps = std::mem::replace(&mut slept, board.slept()) != board.slept();
+            let now = [0, 4, 8, 12].map(|word| board.memory().word(kept + word).unwrap());
+            if stores.last().is_none_or(|(_, last)| *last != now) {
+                stores.push((instructions, now));
+            }
+            if next.is_none() && sleeps {
+                first = instructions;
+            }
+            if now[0] != OUTPUT {
+                next = Some(now[0]);
+            }
+            next.is_some() && sleeps
+        });
+        assert!(passed.unwrap());
+        let last = firmware.board.instructions() - began;
+        let [next @ .., _] = next.unwrap().to_le_bytes();
+        let expected = [FROM, next].map(|axes| axes.map(|unit| pulse(unit.into())));
+        assert_ne!(expected[0], expected[1]);
+        let near: Vec<u64> = stores
+            .iter()
+            .flat_map(|(at, _)| at.saturating_sub(3)..at + 4)
+            .collect();
+        for place in sample(first..=last, 19).chain(near) {
+            let (began, limit) = start(&mut firmware);
+            let is_there = |board: &nrf52840_emulator::Board| board.instructions() - began >= place;
+            assert!(firmware.board.run(limit, is_there).unwrap());
+            firmware.board.brown_out();
+            let reset = firmware.board.now();
+            firmware.run_for(2 * MILLISECOND);
+            let widths = pulses(&mut firmware, reset)[0];
+            let found = expected.iter().position(|expected| *expected == widths);
+            let Some(found) = found else {
+                panic!("copy {corrupted}, after instruction {place}: {widths:?}");
+            };
+            resumed[found] += 1;
+            std::mem::take(firmware.board.trace());
+        }
     }
     assert!(resumed.iter().all(|count| *count > 10), "{resumed:?}");
 }
