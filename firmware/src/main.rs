@@ -23,7 +23,7 @@ mod telemetry;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
 use embedded_hal::digital::InputPin as _;
-use framelock::motion::{Failsafe, Phase};
+use framelock::motion::{Failsafe, Output, Phase};
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{p0, p1};
 use nrf52840_hal::pac::{self, Interrupt};
@@ -94,7 +94,7 @@ fn main() -> ! {
             seen = published;
             failsafe.frame(published.setpoint());
         }
-        let output = failsafe.poll(now);
+        let output = poll(failsafe, now);
         servos.show(now, output.axes.into());
         reset::keep_output(output.axes.into());
         let receives = receive::tick();
@@ -111,6 +111,12 @@ fn main() -> ! {
         }
         clock::sleep();
     }
+}
+
+/// Returns the failsafe's output. This is a separate function, because the main loop would otherwise take more stack.
+#[inline(never)]
+fn poll(failsafe: &mut Failsafe<u8, 3>, now: u32) -> Output<u8, 3> {
+    failsafe.poll(now)
 }
 
 /// The lock. It is held while frames arrive and no byte has been discarded since the last frame.

@@ -183,7 +183,6 @@ fn led3_and_the_log_say_why_nothing_moves() {
     says(&mut firmware, [515, 535], 4, SLOW);
     let widths = pulses(&mut firmware, 0);
     assert!(widths.iter().all(|widths| *widths == [pulse(PARK); 3]));
-    assert!(firmware.counter("slow_frames") >= 25);
 
     // The sender falls silent. A single frame a second later does not count as a slow sender.
     firmware.run_for(2_000 * MILLISECOND);
