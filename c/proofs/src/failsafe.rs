@@ -10,9 +10,8 @@ use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};
 unsafe extern "C" {
     safe fn c_start();
     safe fn c_state(which: u8) -> u32;
-    safe fn c_live_travel() -> u32;
     safe fn c_pass(now: u32) -> u32;
-    safe fn c_move(ticks: u32, slow: u32, fast: u32) -> u8;
+    safe fn c_move(slow: u32, fast: u32) -> u8;
     safe fn c_way(per_tick: u32, per_poll: u32, elapsed: u32) -> u32;
     safe fn c_output(axis: u8) -> u32;
 }
@@ -32,16 +31,16 @@ fn units<D: Demand>(demand: D) -> u32 {
 /// Puts the C failsafe into an arbitrary state. Returns a Rust failsafe in the same state.
 fn related<D: Demand>() -> Failsafe<D, 2> {
     c_start();
-    let [frames_to_start, ..] = c_state(15).to_le_bytes();
+    let [frames_to_start, ..] = c_state(17).to_le_bytes();
     let parameters = FailsafeParameters {
-        park: [demand(c_state(18)), demand(c_state(23))],
-        longest_step: c_state(12),
-        hold_after: c_state(13),
-        ramp_after: c_state(14),
+        park: [demand(c_state(21)), demand(c_state(26))],
+        longest_step: c_state(14),
+        hold_after: c_state(15),
+        ramp_after: c_state(16),
         frames_to_start,
-        approach_for: c_state(16),
-        approach_travel: c_state(17),
-        live_travel: Some(c_live_travel()).filter(|&ticks| ticks != u32::MAX),
+        approach_for: c_state(18),
+        approach_travel: c_state(19),
+        live_travel: c_state(20),
     };
     let axis = |place| {
         (
@@ -52,17 +51,17 @@ fn related<D: Demand>() -> Failsafe<D, 2> {
     };
     Failsafe::in_state(
         parameters,
-        [0, 1, 2, 3, 4, 5, 6, 7].map(|which| c_state(which)),
-        [[8, 9], [10, 11]].map(|speed| speed.map(|which| c_state(which))),
-        [demand(c_state(19)), demand(c_state(24))],
-        [axis(20), axis(25)],
+        [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|which| c_state(which)),
+        [[10, 11], [12, 13]].map(|speed| speed.map(|which| c_state(which))),
+        [demand(c_state(22)), demand(c_state(27))],
+        [axis(23), axis(28)],
     )
 }
 
 fn are_related<D: Demand>(failsafe: &Failsafe<D, 2>) {
     let (numbers, demands, axes) = failsafe.state();
-    assert!(numbers == [0, 1, 2, 3, 4, 5, 6, 7].map(|which| c_state(which)));
-    assert!(units(demands[0]) == c_state(19) && units(demands[1]) == c_state(24));
+    assert!(numbers == [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|which| c_state(which)));
+    assert!(units(demands[0]) == c_state(22) && units(demands[1]) == c_state(27));
     let axis = |place| {
         (
             c_state(place),
@@ -70,24 +69,25 @@ fn are_related<D: Demand>(failsafe: &Failsafe<D, 2>) {
             c_state(place + 2) != 0,
         )
     };
-    assert!(axes == [axis(20), axis(25)]);
+    assert!(axes == [axis(23), axis(28)]);
 }
 
 fn pass_is_same<D: Demand>() {
     let mut failsafe = related::<D>();
     let now: u32 = kani::any();
-    let faults = c_state(6);
+    let (faults, slow_frames) = (c_state(7), c_state(9));
     assert!(failsafe.call_pass(now) == c_pass(now));
     are_related(&failsafe);
-    kani::cover!(c_state(6) != faults, "the time goes backwards");
+    kani::cover!(c_state(7) != faults, "the time goes backwards");
+    kani::cover!(c_state(9) != slow_frames, "a slow frame");
     kani::cover!(c_state(5) == 0 && c_state(3) > 1, "a frame");
 }
 
 fn move_is_same<D: Demand>() {
     let mut failsafe = related::<D>();
-    let (ticks, slow, fast): (u32, u32, u32) = kani::any();
-    let before = c_state(20);
-    let output = failsafe.call_step(ticks, [slow, fast]);
+    let (slow, fast): (u32, u32) = kani::any();
+    let before = c_state(23);
+    let output = failsafe.call_step([slow, fast]);
     let phase = match output.phase {
         Phase::Live => 0,
         Phase::Approach => 1,
@@ -95,10 +95,10 @@ fn move_is_same<D: Demand>() {
         Phase::Ramp => 3,
         _ => 4,
     };
-    assert!(c_move(ticks, slow, fast) == phase);
+    assert!(c_move(slow, fast) == phase);
     assert!(units(output.axes[0]) == c_output(0) && units(output.axes[1]) == c_output(1));
     are_related(&failsafe);
-    let has_moved = c_state(20) != before;
+    let has_moved = c_state(23) != before;
     kani::cover!(phase == 3 && has_moved, "an axis moves to park");
     kani::cover!(
         phase == 1 && has_moved,

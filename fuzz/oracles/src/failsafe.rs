@@ -26,11 +26,23 @@ pub enum ScheduleStep {
     Frame([u8; 3]),
 }
 
+/// The phases and counters of a failsafe with three axes.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct FailsafeRun {
+    /// The phase after each step.
+    pub phases: Vec<Phase>,
+    /// The failsafe's counter at the end.
+    pub clock_faults: u32,
+    /// The failsafe's counter at the end.
+    pub late_polls: u32,
+    /// The failsafe's counter at the end.
+    pub slow_frames: u32,
+}
+
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
-    /// has four bytes, otherwise one byte. The seventh bit switches off the bound of live axes. If the last bit is
-    /// clear, each time is added to the time below which it may not be, so that the parameters do not contradict each
-    /// other. After the times come the number of frames, park, the clock and the steps.
+    /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, each time is added
+    /// to its least value, so that the parameters do not contradict each other. After the times come the number of frames, park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let flags = u8::arbitrary(u)?;
         let has = |bit: u32| flags >> bit & 1 == 1;
@@ -93,18 +105,18 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 }
 
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
-/// what a user is promised, from the outputs alone: the bound of two outputs in a row, that an axis moves only in its
-/// phases, that only a row of frames ends a silence, and the times until an axis is at park and live. Uses three axes
+/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in its
+/// phases, and the times until every axis is at park and until every axis is live. Uses three axes
 /// of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
-/// Returns the phase after each step with three axes.
+/// Returns the phases and counters with three axes.
 ///
 /// # Errors
 /// Returns the error with which contradictory parameters were rejected.
 ///
 /// # Panics
 /// Panics if the schedule shows a bug.
-pub fn failsafe(schedule: &Schedule) -> Result<Vec<Phase>, FailsafeError> {
+pub fn failsafe(schedule: &Schedule) -> Result<FailsafeRun, FailsafeError> {
     let p = schedule.parameters;
     let wide = |[a, b, c]: [u8; 3]| {
         [a, b, c, c, a, b].map(|demand| u16::from(demand).wrapping_mul(0x1_01) ^ 0x2C)
@@ -132,31 +144,37 @@ fn contradict<D, const AXES: usize>(p: &FailsafeParameters<D, AXES>) -> bool {
     !in_order || p.frames_to_start < 2 || p.approach_for == 0
 }
 
-/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes. Returns the
-/// phases of the outputs.
+/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
     bits: u32,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> Result<Vec<Phase>, FailsafeError> {
+) -> Result<FailsafeRun, FailsafeError> {
     let built = Failsafe::new(parameters, schedule.start);
     assert_eq!(built.is_err(), contradict(&parameters), "{parameters:?}");
     assert_eq!(built.err(), parameters.check().err());
     Ok(run(built?, schedule, Model::new(parameters, bits), demands))
 }
 
-/// Runs the failsafe and the model through the schedule. Returns the phase after each step.
+/// Runs the failsafe and the model through the schedule.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     mut failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
     mut model: Model<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> Vec<Phase> {
+) -> FailsafeRun {
     let most_per_poll = model.parameters.most_per_poll();
+    // A quarter of the travel, rounded up.
+    assert!(
+        u64::from(most_per_poll) * 4 <= (1 << 32) / model.unit,
+        "{schedule:?}"
+    );
     let mut phases = Vec::new();
     let mut clock = schedule.start;
     let (mut faults, mut late) = (0, 0);
+    // The ticks since the last approach began, and whether a poll was late since then.
+    let (mut approached, mut is_late) = (0, false);
     let mut last = failsafe.poll(clock);
     model.poll(0);
     for &step in &schedule.steps {
@@ -202,9 +220,28 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
         {
             assert_eq!(last.axes, output.axes, "{schedule:?}");
         }
+        let [follows, followed] =
+            [output, last].map(|output| matches!(output.phase, Phase::Approach | Phase::Live));
+        if follows && followed {
+            approached += u64::from(counted);
+            is_late |= counted > model.parameters.longest_step;
+            let is_early = approached < model.parameters.approach_for.into();
+            assert!(!is_early || output.phase == Phase::Approach, "{schedule:?}");
+            let is_over = !is_late && approached >= model.parameters.live_after();
+            assert!(!is_over || output.phase == Phase::Live, "{schedule:?}");
+        } else {
+            (approached, is_late) = (0, false);
+            assert!(output.phase != Phase::Live, "{schedule:?}");
+        }
         phases.push(output.phase);
         last = output;
     }
+    let run = FailsafeRun {
+        phases,
+        clock_faults: faults,
+        late_polls: late,
+        slow_frames: model.slow_frames,
+    };
     // From here on, no frames come. However the outputs are, they are at park in the stated time.
     let Output { .. } = last;
     let step = model.parameters.longest_step;
@@ -224,7 +261,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             "{schedule:?}"
         );
     }
-    phases
+    run
 }
 
 /// A model of the protocol's rules, whose time does not wrap.
@@ -394,9 +431,9 @@ mod tests {
         assert_eq!((p.longest_step, p.hold_after, p.ramp_after), (20, 276, 326));
         assert_eq!(
             (p.approach_for, p.live_travel, p.approach_travel),
-            (1, Some(22), 25)
+            (1, 82, 85)
         );
-        assert_eq!(p.frames_to_start, 3);
+        assert_eq!(p.frames_to_start, 4);
         assert_eq!(p.park, *b"\xAAbc");
         assert_eq!(schedule.start, u32::MAX);
         assert_eq!(

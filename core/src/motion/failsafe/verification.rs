@@ -2,19 +2,24 @@
 //! any frame and any time, and polls once. The invariant holds at the start ([`no_panic`]) and after each poll
 //! ([`output_is_bounded`]).
 //!
-//! * Two consecutive outputs of an axis differ by at most the stated number of units (S4, [`output_is_bounded`]), and by
-//!   no more than the axis moves in the time that has passed (S4, [`speed_is_bounded`]).
+//! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
+//!   [`output_is_bounded`]), and by no more than the axis moves in the time that has passed (S4, [`speed_is_bounded`]).
+//!   The stated number is at most a quarter of the travel, for all parameters ([`stated_speed`]).
 //! * A step of the clock of more than half its range counts as no time, every other time counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
-//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]).
-//! * After a silence no axis is live ([`silence_stops`]). An axis goes live only after `approach_for`
-//!   ([`approach_is_slow`]). From then on, each poll makes it live or moves it on in the same direction by the whole way
-//!   that the time allows ([`approach_ends`]). The travel is finite, so an axis is live within `approach_travel`.
+//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame after
+//!   a silence never starts, and fewer frames than a row change neither the output nor the way to park
+//!   ([`few_frames_change_nothing`]). Slow frames are counted ([`slow_frames_are_counted`]).
+//! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
+//!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
+//!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an axis
+//!   is live within `live_after`, however the demands move ([`live_in_time`]).
 //! * The whole travel takes the stated times ([`stated_speed`]).
 //!
-//! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`] calls
-//! `poll` itself. The other harnesses replace the products by any ways.
+//! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
+//! [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant speed. The other harnesses
+//! replace the products by any ways. For the same reason, [`stated_speed`] divides only by times of up to 5 bits.
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
 //! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The failsafe's
@@ -23,7 +28,7 @@
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. The numbers are the fields from `now` to `late_polls`. Each axis has a
+    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. Each axis has a
     /// position, is live or not, and rises or not. The proofs about the failsafe in C use this function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
@@ -34,9 +39,11 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             in_row,
             approached,
             has_frame,
+            had_frame,
             clock_faults,
             late_polls,
-        ]: [u32; 8],
+            slow_frames,
+        ]: [u32; 10],
         [slow, fast]: [[u32; 2]; 2],
         demands: [D; AXES],
         axes: [(u32, bool, bool); AXES],
@@ -53,6 +60,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             in_row,
             approached,
             has_frame: has_frame != 0,
+            had_frame: had_frame != 0,
             demands,
             axes: axes.map(|(position, is_live, rises)| Axis {
                 position,
@@ -61,6 +69,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             }),
             clock_faults,
             late_polls,
+            slow_frames,
         }
     }
 
@@ -70,8 +79,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     }
 
     /// Calls [`step`](Self::step).
-    pub fn call_step(&mut self, ticks: u32, ways: [u32; 2]) -> Output<D, AXES> {
-        self.step(ticks, ways)
+    pub fn call_step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
+        self.step(ways)
     }
 
     /// Calls [`Speed::way`].
@@ -80,7 +89,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     }
 
     /// Returns the failsafe's state, without the parameters and the speeds.
-    pub fn state(&self) -> ([u32; 8], [D; AXES], [(u32, bool, bool); AXES]) {
+    pub fn state(&self) -> ([u32; 10], [D; AXES], [(u32, bool, bool); AXES]) {
         let numbers = [
             self.now,
             self.quiet,
@@ -88,8 +97,10 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             self.in_row.into(),
             self.approached,
             self.has_frame.into(),
+            self.had_frame.into(),
             self.clock_faults,
             self.late_polls,
+            self.slow_frames,
         ];
         let axes = self
             .axes
@@ -107,7 +118,7 @@ fn any_parameters<D: Demand + kani::Arbitrary, const AXES: usize>() -> FailsafeP
         frames_to_start: kani::any(),
         approach_for: kani::any(),
         approach_travel: kani::any(),
-        live_travel: kani::any::<bool>().then(kani::any),
+        live_travel: kani::any(),
     }
 }
 
@@ -118,7 +129,7 @@ fn any_speed() -> Speed {
     }
 }
 
-/// Returns a failsafe in any state that satisfies the invariant, with any speeds.
+/// Returns a failsafe in any state that satisfies the invariant, with any speeds of which the slow one is not the faster.
 fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>() -> Failsafe<D, AXES> {
     let parameters = any_parameters();
     kani::assume(parameters.check().is_ok());
@@ -132,6 +143,7 @@ fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>() -> Failsafe<D,
         in_row: kani::any(),
         approached: kani::any(),
         has_frame: kani::any(),
+        had_frame: kani::any(),
         demands: kani::any(),
         axes: [(); AXES].map(|()| Axis {
             position: kani::any_where(|&position| position <= D::MOST),
@@ -140,7 +152,9 @@ fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>() -> Failsafe<D,
         }),
         clock_faults: kani::any(),
         late_polls: kani::any(),
+        slow_frames: kani::any(),
     };
+    kani::assume(failsafe.slow.per_poll <= failsafe.fast.per_poll);
     kani::assume(failsafe.satisfies_invariant());
     failsafe
 }
@@ -150,13 +164,19 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.in_row >= self.parameters.frames_to_start
     }
 
-    /// An axis is live only while frames come.
+    /// An axis is live only while frames come, and only when the approach has lasted long enough.
     fn satisfies_invariant(&self) -> bool {
-        let is_quiet = !self.follows();
+        let is_long = self.approached >= self.parameters.approach_for;
+        let may_be_live = self.follows() && is_long;
         self.axes
             .iter()
-            .all(|axis| axis.position <= D::MOST && !(is_quiet && axis.is_live))
-            && (!is_quiet || self.approached == 0)
+            .all(|axis| axis.position <= D::MOST && (may_be_live || !axis.is_live))
+            && (self.follows() || self.approached == 0)
+    }
+
+    /// Returns whether a poll after this time ends a silence, or goes on with it.
+    fn is_silent(&self, elapsed: u32) -> bool {
+        self.quiet.saturating_add(elapsed) >= self.parameters.hold_after
     }
 }
 
@@ -180,7 +200,7 @@ fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     let (slow, fast): (u32, u32) = kani::any();
     let counted = after.pass(before.now.wrapping_add(passed));
     assert!(counted == elapsed);
-    let output = after.step(elapsed.min(before.parameters.longest_step), [slow, fast]);
+    let output = after.step([slow, fast]);
     Step {
         before,
         after,
@@ -214,10 +234,7 @@ fn axis_moves_to_its_target() {
 /// Every axis is at park `parked_after` ticks after the poll that took the last frame, however the polls divide the time
 /// up. The bound is exact: if an axis begins as far from park as possible, it is not at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
-    let mut failsafe = any_failsafe::<D, 1>();
-    failsafe.parameters.approach_travel = approach_travel;
-    kani::assume(failsafe.parameters.check().is_ok());
-    failsafe.slow = failsafe.parameters.speed(Some(approach_travel));
+    let mut failsafe = any_slow_failsafe::<D>(approach_travel);
     kani::assume(!failsafe.follows() && !failsafe.has_frame);
     kani::assume(failsafe.silence >= failsafe.parameters.ramp_after);
     let is_farthest: bool = kani::any();
@@ -228,9 +245,7 @@ fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     let parked_after = failsafe.parameters.parked_after();
     let mut left = parked_after - u64::from(failsafe.parameters.ramp_after);
     while left > 0 {
-        let elapsed: u32 = kani::any_where(|&elapsed| {
-            0 < elapsed && elapsed <= failsafe.parameters.longest_step && u64::from(elapsed) <= left
-        });
+        let elapsed = any_step_within(&failsafe, left);
         left -= u64::from(elapsed);
         let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
         assert!(!is_farthest || left == 0 || output.phase == Phase::Ramp);
@@ -240,15 +255,78 @@ fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     kani::cover!(!is_farthest, "earlier");
 }
 
-/// An axis takes at least the stated time for its whole travel. Checked for times of up to 8 bits.
+/// Every axis is live `live_after` ticks after the poll that started the approach, however the demands move and however
+/// the polls divide the time up. No axis is live before `approach_for`.
+fn goes_live_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
+    let mut failsafe = any_slow_failsafe::<D>(approach_travel);
+    failsafe.parameters.approach_for = kani::any_where(|&ticks| 0 < ticks && ticks <= 2);
+    failsafe.approached = 0;
+    failsafe.axes[0].is_live = false;
+    failsafe.quiet = 0;
+    kani::assume(failsafe.follows());
+    // A frame in each poll, and polls within `longest_step`: no silence.
+    kani::assume(failsafe.parameters.longest_step < failsafe.parameters.hold_after);
+    let live_after = failsafe.parameters.live_after();
+    let mut left = live_after;
+    let mut was_late = false;
+    while left > 0 {
+        let elapsed = any_step_within(&failsafe, left);
+        left -= u64::from(elapsed);
+        let demand: D = kani::any();
+        failsafe.frame([demand]);
+        let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
+        let is_early = live_after - left < u64::from(failsafe.parameters.approach_for);
+        assert!(!is_early || output.phase == Phase::Approach);
+        assert!(left > 0 || output.phase == Phase::Live);
+        was_late |= left == 2 && output.phase == Phase::Approach;
+    }
+    kani::cover!(was_late, "as late as can be");
+    kani::cover!(!was_late, "earlier");
+}
+
+/// Returns a failsafe in any state, with this `approach_travel`. Its longest step may even be longer than
+/// [`check`](FailsafeParameters::check) allows for this travel.
+fn any_slow_failsafe<D: Demand + kani::Arbitrary>(approach_travel: u32) -> Failsafe<D, 1> {
+    let mut failsafe = any_failsafe::<D, 1>();
+    failsafe.parameters.approach_travel = approach_travel;
+    failsafe.parameters.longest_step = kani::any_where(|&ticks| 0 < ticks && ticks <= 3);
+    kani::assume(failsafe.parameters.longest_step <= failsafe.parameters.hold_after);
+    failsafe.slow = failsafe.parameters.slow();
+    failsafe
+}
+
+/// Returns any time until the next poll, which is at most `longest_step` and at most the time left.
+fn any_step_within<D: Demand, const AXES: usize>(failsafe: &Failsafe<D, AXES>, left: u64) -> u32 {
+    kani::any_where(|&elapsed| {
+        0 < elapsed && elapsed <= failsafe.parameters.longest_step && u64::from(elapsed) <= left
+    })
+}
+
+/// An axis takes at least the stated time for its whole travel. In an approach it is no faster than live, and one poll
+/// moves it by at most a quarter of its travel. Checked for travels of up to 5 bits.
 fn speed_is_stated<D: Demand + kani::Arbitrary>() {
-    let parameters = any_parameters::<D, 1>();
-    let travel: u32 = kani::any_where(|&travel| 0 < travel && travel < 1 << 8);
-    let speed = parameters.speed(Some(travel));
-    assert!(u64::from(speed.per_tick) * u64::from(travel) <= u64::from(D::MOST));
-    assert!((u64::from(speed.per_tick) + 1) * u64::from(travel) > u64::from(D::MOST));
-    assert!(parameters.speed(None).per_tick == u32::MAX);
-    kani::cover!(speed.per_tick > 1 << 20, "fast");
+    let mut parameters = any_parameters::<D, 1>();
+    parameters.live_travel = kani::any_where(|&travel| travel < 1 << 5);
+    parameters.approach_travel = kani::any_where(|&travel| travel < 1 << 5);
+    kani::assume(parameters.check().is_ok());
+    let (slow, fast) = (parameters.slow(), parameters.fast());
+    for (speed, travel) in [
+        (slow, parameters.approach_travel),
+        (fast, parameters.live_travel),
+    ] {
+        assert!(u64::from(speed.per_tick) * u64::from(travel) <= u64::from(D::MOST));
+        assert!((u64::from(speed.per_tick) + 1) * u64::from(travel) > u64::from(D::MOST));
+    }
+    assert!(slow.per_tick > 0 && slow.per_tick <= fast.per_tick);
+    assert!(slow.per_poll <= fast.per_poll && fast.per_poll <= D::MOST / 4);
+    let most = parameters.most_per_poll();
+    assert!(most == fast.units_per_poll::<D>());
+    assert!(u64::from(most) * 4 <= u64::from(D::MOST / D::UNIT) + 1);
+    kani::cover!(fast.per_tick > 1 << 20, "fast");
+    kani::cover!(
+        slow.per_tick == fast.per_tick,
+        "an approach as fast as live"
+    );
 }
 
 /// Defines one harness for demands of 8 bits and one for 16 bits.
@@ -269,39 +347,55 @@ macro_rules! for_demands {
         })*
     };
 }
-mod parked_in_time {
-    #[kani::proof]
-    #[kani::unwind(6)]
-    fn of_8_bits() {
-        super::parks_in_time::<u8>(4);
-    }
 
-    #[kani::proof]
-    #[kani::unwind(6)]
-    fn of_16_bits() {
-        super::parks_in_time::<u16>(3);
-    }
+/// Defines one harness for demands of 8 bits and one for 16 bits. Each takes a travel, and polls at most this often.
+macro_rules! in_time {
+    ($($module:ident = $check:ident($eight:literal, $sixteen:literal) in $polls:literal)*) => {
+        $(mod $module {
+            #[kani::proof]
+            #[kani::unwind($polls)]
+            fn of_8_bits() {
+                super::$check::<u8>($eight);
+            }
+
+            #[kani::proof]
+            #[kani::unwind($polls)]
+            fn of_16_bits() {
+                super::$check::<u16>($sixteen);
+            }
+        })*
+    };
+}
+
+in_time! {
+    parked_in_time = parks_in_time(4, 3) in 6
+    live_in_time = goes_live_in_time(4, 3) in 8
 }
 
 mod stated_speed {
     #[kani::proof]
+    #[kani::unwind(3)]
     fn of_8_bits() {
         super::speed_is_stated::<u8>();
     }
 
     #[kani::proof]
+    #[kani::unwind(3)]
     fn of_16_bits() {
         super::speed_is_stated::<u16>();
     }
 }
 
-for_demands!(output_is_bounded speed_is_bounded clock_is_checked only_a_row_starts silence_stops approach_is_slow approach_ends no_panic);
+for_demands!(
+    output_is_bounded speed_is_bounded clock_is_checked slow_frames_are_counted only_a_row_starts
+    few_frames_change_nothing silence_stops approach_is_slow approach_ends no_panic
+);
 
 mod check {
     use super::*;
 
     /// Whatever the state, the time and the frame: the output of an axis differs from the output before by at most the
-    /// stated number of units.
+    /// stated number of units, and by at most those of the slow speed if the axis is not live.
     pub(super) fn output_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let mut failsafe = any_failsafe::<D, AXES>();
         let before = failsafe;
@@ -310,12 +404,9 @@ mod check {
         while axis < AXES {
             let from = D::at(before.axes[axis].position).into();
             let units = u32::from(output.axes[axis].into().abs_diff(from));
-            let speed = if failsafe.axes[axis].is_live {
-                before.fast
-            } else {
-                before.slow
-            };
-            assert!(units <= speed.units_per_poll::<D>());
+            let is_live = failsafe.axes[axis].is_live;
+            assert!(units <= before.fast.units_per_poll::<D>());
+            assert!(is_live || units <= before.slow.units_per_poll::<D>());
             assert!(output.axes[axis] == D::at(failsafe.axes[axis].position));
             axis += 1;
         }
@@ -389,7 +480,7 @@ mod check {
             fast,
             output,
         } = any_step::<D, AXES>();
-        let is_silent = before.quiet.saturating_add(elapsed) >= before.parameters.hold_after;
+        let is_silent = before.is_silent(elapsed);
         let row = if is_silent { 0 } else { before.in_row };
         assert!(after.in_row == row.saturating_add(u8::from(before.has_frame)));
         let follows = after.follows();
@@ -403,7 +494,7 @@ mod check {
             if follows {
                 let mut moved = before.axes[axis];
                 moved.is_live &= !is_silent;
-                let may_go_live = !is_silent && before.approached >= before.parameters.approach_for;
+                let may_go_live = after.approached >= before.parameters.approach_for;
                 moved.step(before.demands[axis].position(), [slow, fast], may_go_live);
                 expected = moved.position;
             } else if !stays {
@@ -416,9 +507,60 @@ mod check {
             assert!(output.phase != Phase::Parked || expected == park.position());
             axis += 1;
         }
-        kani::cover!(follows && is_silent, "one frame is a row");
         kani::cover!(follows && !before.follows(), "starts");
         kani::cover!(!follows && before.has_frame, "does not start");
+    }
+
+    /// A frame that comes `hold_after` or more after the frame before is counted, whatever else happens.
+    pub(super) fn slow_frames_are_counted<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            output,
+            ..
+        } = any_step::<D, AXES>();
+        let since_last_frame = u64::from(before.quiet) + u64::from(elapsed);
+        let is_slow = since_last_frame >= u64::from(before.parameters.hold_after);
+        let counts = before.has_frame && before.had_frame && is_slow;
+        assert!(after.slow_frames.wrapping_sub(before.slow_frames) == u32::from(counts));
+        assert!(after.had_frame == (before.had_frame || before.has_frame));
+        assert!(!after.has_frame);
+        // So a frame that counts does not start, and a frame that starts does not count.
+        assert!(!counts || !matches!(output.phase, Phase::Live | Phase::Approach));
+        kani::cover!(counts, "a slow frame");
+        kani::cover!(
+            before.has_frame && !before.had_frame && is_slow,
+            "the first frame"
+        );
+    }
+
+    /// A single frame after a silence never starts. As long as the frames are fewer than a row, the axes and the phase
+    /// are the same as without these frames, or with frames at other times.
+    pub(super) fn few_frames_change_nothing<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let before = any_failsafe::<D, AXES>();
+        let (mut one, mut other) = (before, before);
+        other.has_frame = kani::any();
+        other.demands = kani::any();
+        if !before.follows() {
+            other.quiet = kani::any();
+            other.in_row = kani::any();
+            kani::assume(!other.follows());
+        }
+        let (now, ways): (u32, [u32; 2]) = kani::any();
+        let elapsed = one.pass(now);
+        assert!(other.pass(now) == elapsed);
+        let is_silent = before.is_silent(elapsed);
+        assert!(!is_silent || !one.follows());
+        kani::assume(!one.follows() && !other.follows());
+        let (output, expected) = (one.step(ways), other.step(ways));
+        assert!(output == expected && one.axes == other.axes);
+        assert!((one.silence, one.approached) == (other.silence, other.approached));
+        kani::cover!(
+            is_silent && before.has_frame && before.follows(),
+            "after a silence"
+        );
+        kani::cover!(one.in_row > 1 && other.in_row == 0, "nearly a row");
     }
 
     /// After a silence no axis is live.
@@ -430,24 +572,22 @@ mod check {
             output,
             ..
         } = any_step::<D, AXES>();
-        kani::assume(before.quiet.saturating_add(elapsed) >= before.parameters.hold_after);
+        kani::assume(before.is_silent(elapsed));
         let mut axis = 0;
         while axis < AXES {
             assert!(!after.axes[axis].is_live);
             axis += 1;
         }
-        assert!(after.approached <= elapsed.min(before.parameters.longest_step));
+        assert!(after.approached == 0);
         kani::cover!(
             before.axes[0].is_live && output.phase == Phase::Hold,
             "holds"
         );
-        kani::cover!(
-            before.axes[0].is_live && output.phase == Phase::Approach,
-            "frame"
-        );
+        kani::cover!(before.axes[0].is_live && before.has_frame, "frame");
     }
 
-    /// An axis becomes live only if the approach has lasted long enough.
+    /// An axis is live only if the approach has lasted long enough. The time of the approach begins with the poll that
+    /// takes the last frame of the row, and a poll counts for at most `longest_step`.
     pub(super) fn approach_is_slow<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,
@@ -456,14 +596,20 @@ mod check {
             output,
             ..
         } = any_step::<D, AXES>();
-        let becomes_live = !before.axes[0].is_live && after.axes[0].is_live;
-        assert!(!becomes_live || before.approached >= before.parameters.approach_for);
-        assert!(after.approached == 0 || after.follows());
+        let is_long = after.approached >= before.parameters.approach_for;
+        let mut axis = 0;
+        while axis < AXES {
+            assert!(!after.axes[axis].is_live || is_long);
+            axis += 1;
+        }
         let ticks = elapsed.min(before.parameters.longest_step);
-        assert!(after.approached <= before.approached.saturating_add(ticks));
+        let goes_on = before.follows() && !before.is_silent(elapsed);
+        let approached = before.approached.saturating_add(ticks);
+        assert!(after.approached == if goes_on { approached } else { 0 });
         let all = after.axes.iter().all(|axis| axis.is_live);
         assert!((output.phase == Phase::Live) == (all && after.follows()));
-        kani::cover!(becomes_live, "live");
+        kani::cover!(!before.axes[0].is_live && after.axes[0].is_live, "live");
+        kani::cover!(output.phase == Phase::Approach && !goes_on, "begins");
     }
 
     /// If the approach has lasted long enough, an axis becomes live, or moves on in the same direction at full speed.
@@ -476,8 +622,8 @@ mod check {
             slow,
             ..
         } = any_step::<D, AXES>();
-        kani::assume(before.quiet.saturating_add(elapsed) < before.parameters.hold_after);
-        kani::assume(before.approached >= before.parameters.approach_for);
+        kani::assume(!before.is_silent(elapsed));
+        kani::assume(after.approached >= before.parameters.approach_for);
         let (from, to) = (before.axes[0], after.axes[0]);
         let way = if to.rises {
             to.position.checked_sub(from.position)
