@@ -4,10 +4,10 @@
 //! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. The reset button needs its pin's number
 //! in UICR.PSELRESET.
 //!
-//! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole chip
-//! erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until then. So the
-//! firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register, and forgets its value at
-//! each reset.
+//! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole
+//! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until then.
+//! So the firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register, and loses its
+//! value at each reset.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};

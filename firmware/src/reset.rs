@@ -73,8 +73,8 @@ pub(crate) fn cause(power: &POWER) -> u32 {
     cause.bits()
 }
 
-/// The last output, and a mark. The output is pitch, roll, yaw and a check byte in one word. One instruction writes this
-/// word, so a reset leaves either the last output or the one before, and never a part of each.
+/// The last output, and a mark. The output is pitch, roll, yaw and a check byte in one word. One instruction writes
+/// this word, so a reset leaves either the last output or the one before, and never a part of each.
 ///
 /// No start-up code writes to this section. After power-on its content is arbitrary. Any other reset usually leaves it
 /// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only mark and check byte show

@@ -224,8 +224,8 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// The self-test starts with a running watchdog, as if it had been flashed over the firmware. UICR allows it to open the
-/// debug port.
+/// The self-test starts with a running watchdog, as if it had been flashed over the firmware. UICR allows it to open
+/// the debug port.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut board = Board::new(image("self-test")).unwrap();
