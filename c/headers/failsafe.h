@@ -28,12 +28,17 @@
  *   failsafe_frame(&platform, demands);                 for each frame
  *   phase = failsafe_poll(&platform, now, output);      at regular times; then set the actuators
  *
- * Whatever bytes come, whatever the clock does and whenever you poll: two consecutive outputs of an axis differ by at
- * most failsafe_most_per_poll units, and by no more than the axis moves in the time that has passed. If time stands
- * still, nothing moves. Only failsafe_poll moves the output, so poll in one place.
+ * Whatever bytes come, whatever the clock does, and whenever you poll, two consecutive outputs of an axis differ by at
+ * most failsafe_most_per_poll units, in every phase, and by no more than the axis moves in the time that has passed. No
+ * parameters allow more than a quarter of the travel. If time stands still, nothing moves. After a silence of
+ * hold_after, a single frame moves nothing, and a row of frames starts a slow approach. Only failsafe_poll moves the
+ * output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program crashes.
  *
- * The time `now` is a counter that may wrap. Poll more often than half its range. Calls for one failsafe must not
- * interrupt each other.
+ * failsafe_frame and failsafe_poll write the same memory, so neither may interrupt the other. If an interrupt receives
+ * frames and a task of another priority polls, pass the demands through a shared variable with a flag, and call both
+ * functions from the task, or call each of them with interrupts disabled.
+ *
+ * The time `now` is a counter that may wrap. Poll more often than half its range.
  *
  * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of
  * these files, and as 0 in the others, before they include this header. Then the program contains only one copy of the
@@ -229,8 +234,8 @@ static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
     return elapsed;
 }
 
-/* Moves an axis towards the target, at most by the way `slow`, or by the way `fast` if it is live. If it may go live, it
- * does so when it meets its target, or when the target has passed it. */
+/* Moves an axis towards the target, at most by the way `slow`, or by the way `fast` if it is live. If it may go live,
+ * it does so when it meets its target, or when the target has passed it. */
 static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t slow, uint32_t fast, bool may_go_live)
 {
     const bool rises = target > axis->position;

@@ -324,6 +324,15 @@ impl Script {
     }
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a demand"
+)]
+fn whole(demand: f64) -> u8 {
+    demand.round() as u8
+}
+
 /// A clock that goes back, late polls, a start at the centre, motions that are never at rest, and false frames.
 #[test]
 fn faults_move_an_axis_no_further_than_stated() {
@@ -379,7 +388,7 @@ fn faults_move_an_axis_no_further_than_stated() {
         let motion = |time: f64| {
             [(0, 0.0), (1, 1.0), (2, 2.0)].map(|(axis, third): (usize, f64)| {
                 let angle = turn * (hertz[axis] * time + third / 3.0);
-                (128.0 + amplitude * angle.sin()).round() as u8
+                whole(128.0 + amplitude * angle.sin())
             })
         };
         let mut script = Script::new();

@@ -115,9 +115,9 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart:
-    /// hold after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and
-    /// the whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
+    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart: hold
+    /// after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the
+    /// whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
     /// `live_travel`.
     #[must_use]
     pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
@@ -325,9 +325,18 @@ pub struct Output<D, const AXES: usize> {
 /// Call [`frame`](Self::frame) for each frame. Call [`poll`](Self::poll) at regular times, and set the actuators to its
 /// output. Only `poll` moves the output.
 ///
-/// Whatever bytes come, whatever the clock does and whenever `poll` is called, two consecutive outputs of an axis
-/// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and by no more than the axis moves in
-/// the time that has passed (theorem 10). If time stands still, nothing moves.
+/// Whatever bytes come, whatever the clock does, and whenever `poll` is called, two consecutive outputs of an axis
+/// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, in every phase, and by no more than
+/// the axis moves in the time that has passed (theorem 10). No parameters allow more than a quarter of the travel. If
+/// time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames
+/// starts a slow approach. An approach lasts at least `approach_for`. It ends within
+/// [`live_after`](FailsafeParameters::live_after), however the demands move.
+///
+/// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
+///
+/// `frame` and `poll` write the same memory, so neither may interrupt the other. If an interrupt receives frames and a
+/// task of another priority polls, pass the demands through a shared cell that the task empties, and call both
+/// functions from the task, or call each of them in a critical section.
 ///
 /// # Examples
 /// ```
@@ -462,8 +471,9 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 
     /// Returns how many frames came `hold_after` or more after the frame before. The first frame does not count.
     ///
-    /// If the number grows and the phase is neither [`Live`](Phase::Live) nor [`Approach`](Phase::Approach), frames
-    /// arrive, but too slowly: `hold_after` allows one of them at most. If it does not grow, no frames arrive.
+    /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
+    /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
+    /// number does not change, no frames arrive, or too few for a row.
     #[must_use]
     pub fn slow_frames(&self) -> u32 {
         self.slow_frames

@@ -42,7 +42,8 @@ pub struct FailsafeRun {
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
     /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, each time is added
-    /// to its least value, so that the parameters do not contradict each other. After the times come the number of frames, park, the clock and the steps.
+    /// to its least value, so that the parameters do not contradict each other. After the times come the number of
+    /// frames, park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let flags = u8::arbitrary(u)?;
         let has = |bit: u32| flags >> bit & 1 == 1;
@@ -105,9 +106,9 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 }
 
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
-/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in its
-/// phases, and the times until every axis is at park and until every axis is live. Uses three axes
-/// of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in
+/// its phases, and the times until every axis is at park and until every axis is live. Uses three axes of eight bits,
+/// and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Returns the phases and counters with three axes.
 ///

@@ -8,13 +8,13 @@
 //! * A step of the clock of more than half its range counts as no time, every other time counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
-//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame after
-//!   a silence never starts, and fewer frames than a row change neither the output nor the way to park
+//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame
+//!   after a silence never starts, and fewer frames than a row change neither the output nor the way to park
 //!   ([`few_frames_change_nothing`]). Slow frames are counted ([`slow_frames_are_counted`]).
 //! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
 //!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
-//!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an axis
-//!   is live within `live_after`, however the demands move ([`live_in_time`]).
+//!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an
+//!   axis is live within `live_after`, however the demands move ([`live_in_time`]).
 //! * The whole travel takes the stated times ([`stated_speed`]).
 //!
 //! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
@@ -22,8 +22,8 @@
 //! replace the products by any ways. For the same reason, [`stated_speed`] divides only by times of up to 5 bits.
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
-//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The failsafe's
-//! part of theorem 1 is here, too: nothing panics.
+//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The
+//! failsafe's part of theorem 1 is here, too: nothing panics.
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
@@ -129,7 +129,8 @@ fn any_speed() -> Speed {
     }
 }
 
-/// Returns a failsafe in any state that satisfies the invariant, with any speeds of which the slow one is not the faster.
+/// Returns a failsafe in any state that satisfies the invariant, with any speeds of which the slow one is not the
+/// faster.
 fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>() -> Failsafe<D, AXES> {
     let parameters = any_parameters();
     kani::assume(parameters.check().is_ok());
@@ -231,8 +232,8 @@ fn axis_moves_to_its_target() {
     kani::cover!(moved > 0 && moved == way, "at its target");
 }
 
-/// Every axis is at park `parked_after` ticks after the poll that took the last frame, however the polls divide the time
-/// up. The bound is exact: if an axis begins as far from park as possible, it is not at park one tick earlier.
+/// Every axis is at park `parked_after` ticks after the poll that took the last frame, however the polls divide the
+/// time up. The bound is exact: if an axis begins as far from park as possible, it is not at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     let mut failsafe = any_slow_failsafe::<D>(approach_travel);
     kani::assume(!failsafe.follows() && !failsafe.has_frame);
