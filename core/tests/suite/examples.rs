@@ -79,11 +79,14 @@ fn is_right_after_one_pause(mut receive: impl FnMut(Result<&[u8], LineEvent>) ->
         receive(Ok(&faulty));
     }
     assert!(receive(Err(LineEvent::Idle)).is_empty());
-    // An error ends a frame, too.
-    assert!(receive(Ok(b"AB\0\rA")).is_empty());
-    receive(Err(LineEvent::Framing));
-    assert!(receive(Ok(b"B\r")).is_empty());
-    receive(Err(LineEvent::Idle));
+    // An error ends a frame, too. The handler may drop some bytes after it.
+    for dropped in 0..10 {
+        assert!(receive(Ok(b"AB\0\rA")).is_empty());
+        receive(Err(LineEvent::Framing));
+        let rest = [&b".........."[..dropped], b"B\r"].concat();
+        assert!(receive(Ok(&rest)).is_empty());
+        receive(Err(LineEvent::Idle));
+    }
     assert_eq!(receive(Ok(AMBIGUOUS)), [Setpoint::from(RIGHT)]);
 }
 
