@@ -13,7 +13,6 @@ mod delivery;
 mod difference;
 #[path = "../../host/description/tests/suite/drawn.rs"]
 mod drawn;
-mod engine;
 mod failsafe;
 mod generated;
 mod guide;

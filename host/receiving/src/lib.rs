@@ -27,15 +27,11 @@
 mod any_line;
 mod delivery_check;
 mod protocol;
-mod repetition;
-mod running_sums;
 mod standstill;
-mod stream_receiver;
 mod tracked_line;
 
 pub use any_line::{AnyLine, Policy};
 pub use delivery_check::DeliveryCheck;
 pub use protocol::{FrameFormat, Protocol};
 pub use standstill::Standstill;
-pub use stream_receiver::StreamReceiver;
 pub use tracked_line::{Piece, TrackedLine};
