@@ -325,7 +325,10 @@ FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *
 
 FAILSAFE_FUNCTION failsafe_demand failsafe_most_per_poll(const failsafe *self)
 {
-    return (failsafe_demand)((self->fast.per_poll + (FAILSAFE_UNIT - 1U)) / FAILSAFE_UNIT);
+    const uint32_t slow = self->slow.per_poll;
+    const uint32_t fast = self->fast.per_poll;
+
+    return (failsafe_demand)((((slow > fast) ? slow : fast) + (FAILSAFE_UNIT - 1U)) / FAILSAFE_UNIT);
 }
 
 FAILSAFE_FUNCTION void failsafe_frame(failsafe *self, const failsafe_demand *demands)

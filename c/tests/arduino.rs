@@ -164,9 +164,9 @@ fn the_motion_platform_never_moves_to_a_wrong_position() {
     assert_eq!(positions.last().unwrap().1, RIGHT);
     for pair in positions.windows(2) {
         // All right positions are below the middle, so the servos only descend, and never below the right position.
-        for axis in 0..3 {
+        for (axis, right) in RIGHT.into_iter().enumerate() {
             let [before, after] = [pair[0].1[axis], pair[1].1[axis]];
-            assert!((RIGHT[axis]..=before).contains(&after), "{pair:?}");
+            assert!((right..=before).contains(&after), "{pair:?}");
         }
     }
 }
@@ -203,7 +203,7 @@ fn leds_at(changes: &[Change], time: u32) -> (u32, bool) {
     (at(9), at(13) == 1)
 }
 
-/// EdgeTX 2.11 appends a byte to the sixteen channels.
+/// `EdgeTX` 2.11 appends a byte to the sixteen channels.
 #[test]
 fn the_crsf_receiver_ignores_further_bytes_of_the_payload() {
     // All channels in the middle, except channel 1.

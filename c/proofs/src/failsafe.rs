@@ -62,14 +62,14 @@ fn are_related<D: Demand>(failsafe: &Failsafe<D, 2>) {
     let (numbers, demands, axes) = failsafe.state();
     assert!(numbers == [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|which| c_state(which)));
     assert!(units(demands[0]) == c_state(22) && units(demands[1]) == c_state(27));
-    let axis = |place| {
+    let c_axis = |place| {
         (
             c_state(place),
             c_state(place + 1) != 0,
             c_state(place + 2) != 0,
         )
     };
-    assert!(axes == [axis(23), axis(28)]);
+    assert!(axes == [c_axis(23), c_axis(28)]);
 }
 
 fn pass_is_same<D: Demand>() {

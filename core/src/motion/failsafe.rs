@@ -162,7 +162,12 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        self.fast().units_per_poll::<D>()
+        // The proof of the bound does not know which division gives more, so it takes the larger speed.
+        let [slow, fast] = [
+            self.slow().units_per_poll::<D>(),
+            self.fast().units_per_poll::<D>(),
+        ];
+        if slow > fast { slow } else { fast }
     }
 
     /// Returns the longest time in ticks from the poll that takes the last frame until every axis is at park, if no two
