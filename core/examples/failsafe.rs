@@ -1,4 +1,5 @@
-//! Shows how the failsafe moves the outputs when setpoints stop coming, and when they come again.
+//! Shows how the failsafe moves the outputs when setpoints stop coming, and when they come again. The failsafe is no
+//! safety function: actuators need a switch that cuts their power.
 //!
 //! `cargo run -p framelock-examples --bin failsafe`
 
