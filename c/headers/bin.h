@@ -204,11 +204,6 @@ BIN_FUNCTION void bin_init(bin_receiver *receiver)
     bin_clear(receiver, sizeof *receiver);
 }
 
-BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver)
-{
-    return receiver->count;
-}
-
 static inline void bin_count_discarded(bin_receiver *receiver, bin_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -223,6 +218,11 @@ static inline void bin_count_frame(bin_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver)
+{
+    return receiver->count;
 }
 
 BIN_FUNCTION bool bin_push(bin_receiver *receiver, uint8_t byte, bin_message *message)

@@ -247,11 +247,6 @@ BIN_CRC8_FUNCTION void bin_crc8_init(bin_crc8_receiver *receiver)
     bin_crc8_clear(receiver, sizeof *receiver);
 }
 
-BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver)
-{
-    return receiver->count;
-}
-
 static inline void bin_crc8_count_discarded(bin_crc8_receiver *receiver, bin_crc8_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -266,6 +261,11 @@ static inline void bin_crc8_count_frame(bin_crc8_receiver *receiver, uint8_t len
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver)
+{
+    return receiver->count;
 }
 
 BIN_CRC8_FUNCTION bool bin_crc8_push(bin_crc8_receiver *receiver, uint8_t byte, bin_crc8_message *message)

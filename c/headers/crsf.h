@@ -303,11 +303,6 @@ CRSF_FUNCTION void crsf_init(crsf_receiver *receiver)
     crsf_clear(receiver, sizeof *receiver);
 }
 
-CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void crsf_count_discarded(crsf_receiver *receiver, crsf_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -322,6 +317,11 @@ static inline void crsf_count_frame(crsf_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -761,11 +761,6 @@ GNSS_FUNCTION void gnss_init(gnss_receiver *receiver)
     gnss_clear(receiver, sizeof *receiver);
 }
 
-GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void gnss_count_discarded(gnss_receiver *receiver, gnss_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -780,6 +775,11 @@ static inline void gnss_count_frame(gnss_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

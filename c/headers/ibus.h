@@ -277,11 +277,6 @@ IBUS_FUNCTION void ibus_init(ibus_receiver *receiver)
     ibus_clear(receiver, sizeof *receiver);
 }
 
-IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void ibus_count_discarded(ibus_receiver *receiver, ibus_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -296,6 +291,11 @@ static inline void ibus_count_frame(ibus_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

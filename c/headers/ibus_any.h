@@ -275,11 +275,6 @@ IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver)
     ibus_any_clear(receiver, sizeof *receiver);
 }
 
-IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void ibus_any_count_discarded(ibus_any_receiver *receiver, ibus_any_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -294,6 +289,11 @@ static inline void ibus_any_count_frame(ibus_any_receiver *receiver, uint8_t len
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -304,11 +304,6 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_init(ibus_telemetry_receiver *receiv
     ibus_telemetry_clear(receiver, sizeof *receiver);
 }
 
-IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void ibus_telemetry_count_discarded(ibus_telemetry_receiver *receiver, ibus_telemetry_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -323,6 +318,11 @@ static inline void ibus_telemetry_count_frame(ibus_telemetry_receiver *receiver,
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

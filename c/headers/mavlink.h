@@ -798,11 +798,6 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver)
     mavlink_clear(receiver, sizeof *receiver);
 }
 
-MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void mavlink_count_discarded(mavlink_receiver *receiver, mavlink_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -817,6 +812,11 @@ static inline void mavlink_count_frame(mavlink_receiver *receiver, uint16_t leng
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -415,11 +415,6 @@ MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver)
     mavlink1_clear(receiver, sizeof *receiver);
 }
 
-MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void mavlink1_count_discarded(mavlink1_receiver *receiver, mavlink1_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -434,6 +429,11 @@ static inline void mavlink1_count_frame(mavlink1_receiver *receiver, uint16_t le
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -485,11 +485,6 @@ MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver)
     mavlink2_clear(receiver, sizeof *receiver);
 }
 
-MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void mavlink2_count_discarded(mavlink2_receiver *receiver, mavlink2_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -504,6 +499,11 @@ static inline void mavlink2_count_frame(mavlink2_receiver *receiver, uint16_t le
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -389,11 +389,6 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver)
     nmea_clear(receiver, sizeof *receiver);
 }
 
-NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void nmea_count_discarded(nmea_receiver *receiver, nmea_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -408,6 +403,11 @@ static inline void nmea_count_frame(nmea_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

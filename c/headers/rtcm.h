@@ -300,11 +300,6 @@ RTCM_FUNCTION void rtcm_init(rtcm_receiver *receiver)
     rtcm_clear(receiver, sizeof *receiver);
 }
 
-RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void rtcm_count_discarded(rtcm_receiver *receiver, rtcm_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -319,6 +314,11 @@ static inline void rtcm_count_frame(rtcm_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

@@ -294,11 +294,6 @@ SBUS_FUNCTION void sbus_init(sbus_receiver *receiver)
     sbus_clear(receiver, sizeof *receiver);
 }
 
-SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void sbus_count_discarded(sbus_receiver *receiver, sbus_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -313,6 +308,11 @@ static inline void sbus_count_frame(sbus_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

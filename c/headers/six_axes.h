@@ -231,11 +231,6 @@ SIX_AXES_FUNCTION void six_axes_init(six_axes_receiver *receiver)
     six_axes_clear(receiver, sizeof *receiver);
 }
 
-SIX_AXES_FUNCTION uint32_t six_axes_pending(const six_axes_receiver *receiver)
-{
-    return receiver->count;
-}
-
 static inline void six_axes_count_discarded(six_axes_receiver *receiver, six_axes_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -250,6 +245,11 @@ static inline void six_axes_count_frame(six_axes_receiver *receiver, uint8_t len
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+SIX_AXES_FUNCTION uint32_t six_axes_pending(const six_axes_receiver *receiver)
+{
+    return receiver->count;
 }
 
 SIX_AXES_FUNCTION bool six_axes_push(six_axes_receiver *receiver, uint8_t byte, six_axes_message *message)

@@ -231,11 +231,6 @@ SIX_AXES_BE_FUNCTION void six_axes_be_init(six_axes_be_receiver *receiver)
     six_axes_be_clear(receiver, sizeof *receiver);
 }
 
-SIX_AXES_BE_FUNCTION uint32_t six_axes_be_pending(const six_axes_be_receiver *receiver)
-{
-    return receiver->count;
-}
-
 static inline void six_axes_be_count_discarded(six_axes_be_receiver *receiver, six_axes_be_outcome reason, uint8_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -250,6 +245,11 @@ static inline void six_axes_be_count_frame(six_axes_be_receiver *receiver, uint8
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+SIX_AXES_BE_FUNCTION uint32_t six_axes_be_pending(const six_axes_be_receiver *receiver)
+{
+    return receiver->count;
 }
 
 SIX_AXES_BE_FUNCTION bool six_axes_be_push(six_axes_be_receiver *receiver, uint8_t byte, six_axes_be_message *message)

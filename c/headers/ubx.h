@@ -291,11 +291,6 @@ UBX_FUNCTION void ubx_init(ubx_receiver *receiver)
     ubx_clear(receiver, sizeof *receiver);
 }
 
-UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver)
-{
-    return (uint32_t)receiver->to - receiver->from;
-}
-
 static inline void ubx_count_discarded(ubx_receiver *receiver, ubx_outcome reason, uint16_t count)
 {
     receiver->counters.discarded[reason] += count;
@@ -310,6 +305,11 @@ static inline void ubx_count_frame(ubx_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
 }
 
 /* Forgets the pending bytes. */

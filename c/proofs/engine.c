@@ -1,7 +1,8 @@
-/* Proofs about the engine of receivers with a buffer. The classifier here may return any outcome that a layout can
- * return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the invariant
- * accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also show that
- * the step gives each byte exactly one outcome or leaves the byte pending. */
+/* Proofs about the engine of receivers with a buffer. The engine is in the included files, which the generator copies
+ * into each header. Only the names differ, and the type of an index. The classifier here may return any outcome that a
+ * layout can return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the
+ * invariant accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also
+ * show that the step gives each byte exactly one outcome or leaves the byte pending. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -32,30 +33,14 @@ typedef enum {
     ANY_INCOMPLETE
 } any_outcome;
 
-typedef enum { ANY_FRAMING_ERROR, ANY_PARITY_ERROR, ANY_OVERRUN, ANY_BREAK, ANY_IDLE_LINE, ANY_EVENTS } any_event;
-
-typedef struct {
-    uint32_t bytes;
-    uint32_t frames;
-    uint32_t frame_bytes;
-    uint32_t resynchronisations;
-    uint32_t discarded[ANY_REASONS];
-    uint32_t events[ANY_EVENTS];
-} any_counters;
-
 typedef struct {
     const uint8_t *frame;
     any_index length;
 } any_message;
 
-typedef struct {
-    any_counters counters;
-    any_index from;
-    any_index to;
-    any_index ask_at;
-    bool is_lost;
-    uint8_t buffer[ANY_ROOM];
-} any_receiver;
+#define ANY_FUNCTION static
+#include "../../host/generate/templates/engine/counters.h"
+#include "../../host/generate/templates/engine/receiver.h"
 
 /* The classifier's next answers, and the questions that it was asked. A question consists of the first byte, the number
  * of bytes, and the number of bytes that have been classified before. */
@@ -125,7 +110,8 @@ static void any_clear(void *object, size_t size)
     *(any_receiver *)object = none;
 }
 
-#include "engine.h"
+#include "../../host/generate/templates/engine/counting.h"
+#include "../../host/generate/templates/engine/buffered.h"
 
 static any_receiver receiver;
 static any_message message;

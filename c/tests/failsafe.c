@@ -1,14 +1,18 @@
 /* Runs steps against the failsafe in C. Standard input has the parameters, the start time, and the steps. Numbers are
  * little-endian. A demand has two bytes, and a time has four. The steps:
  *
- *   0 time demands   a frame
- *   1 time           a poll; prints the phase and the output
- *   2 time output    resume at this output */
+ *   0 demands        a frame
+ *   1 time           a poll; prints the phase, the output and the counters
+ *   2 time output    resume at this output
+ *   3                an init and a resume with a row of a single frame; prints if they are not rejected, or if they
+ *                    change a byte of the failsafe */
 #include "failsafe.h"
 
 #include <stdio.h>
+#include <string.h>
 
 static failsafe platform;
+static unsigned char before[sizeof(failsafe)];
 static bool is_at_end;
 
 static uint32_t next_number(uint8_t bytes)
@@ -34,44 +38,73 @@ static void next_demands(failsafe_demand *demands)
     }
 }
 
+static bool has_changed(void)
+{
+    return memcmp(before, &platform, sizeof(failsafe)) != 0;
+}
+
+static void check_rejected(const failsafe_parameters *parameters, uint32_t now)
+{
+    memcpy(before, &platform, sizeof(failsafe));
+    if (failsafe_init(&platform, parameters, now) || failsafe_resume(&platform, parameters, now, parameters->park)) {
+        printf("accepted\n");
+    }
+    if (has_changed()) {
+        printf("changed\n");
+    }
+}
+
 int main(void)
 {
     failsafe_parameters parameters;
     failsafe_demand demands[FAILSAFE_AXES];
     uint8_t i;
 
+    next_demands(parameters.park);
+    parameters.longest_step = next_number(4U);
     parameters.hold_after = next_number(4U);
     parameters.ramp_after = next_number(4U);
-    next_demands(parameters.park);
-    for (i = 0U; i < FAILSAFE_AXES; i++) {
-        parameters.ticks_per_unit[i] = next_number(4U);
-    }
+    parameters.frames_to_start = (uint8_t)next_number(1U);
+    parameters.approach_for = next_number(4U);
+    parameters.approach_travel = next_number(4U);
+    parameters.live_travel = next_number(4U);
+    memset(&platform, 0x5A, sizeof(failsafe));
+    memcpy(before, &platform, sizeof(failsafe));
     if (!failsafe_init(&platform, &parameters, next_number(4U))) {
-        printf("contradiction\n");
+        printf(has_changed() ? "changed\n" : "contradiction\n");
         return 0;
     }
+    printf("%u\n", (unsigned)failsafe_most_per_poll(&platform));
     for (;;) {
         const uint32_t what = next_number(1U);
-        const uint32_t now = next_number(4U);
 
         if (is_at_end) {
             return 0;
         }
-        if (what == 1U) {
-            const failsafe_phase phase = failsafe_poll(&platform, now, demands);
+        if (what == 0U) {
+            next_demands(demands);
+            failsafe_frame(&platform, demands);
+        } else if (what == 1U) {
+            const failsafe_phase phase = failsafe_poll(&platform, next_number(4U), demands);
 
             printf("%d", (int)phase);
             for (i = 0U; i < FAILSAFE_AXES; i++) {
                 printf(" %u", (unsigned)demands[i]);
             }
-            printf("\n");
-            continue;
-        }
-        next_demands(demands);
-        if (what == 0U) {
-            failsafe_frame(&platform, now, demands);
-        } else if (!failsafe_resume(&platform, &parameters, now, demands)) {
-            printf("contradiction\n");
+            printf(", %u %u %u\n", (unsigned)platform.clock_faults, (unsigned)platform.late_polls,
+                   (unsigned)platform.slow_frames);
+        } else if (what == 3U) {
+            failsafe_parameters wrong = parameters;
+
+            wrong.frames_to_start = 1U;
+            check_rejected(&wrong, platform.now);
+        } else {
+            const uint32_t now = next_number(4U);
+
+            next_demands(demands);
+            if (!failsafe_resume(&platform, &parameters, now, demands)) {
+                printf("contradiction\n");
+            }
         }
     }
 }

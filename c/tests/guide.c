@@ -28,6 +28,8 @@ static bool next(int *kind, uint8_t *number)
 static uint32_t now;
 static uint8_t in_uart;
 static bool is_wrong;
+static bool is_disabled;
+static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
 bool uart_has_error(void)
 {
@@ -39,9 +41,37 @@ uint8_t uart_read(void)
     return in_uart;
 }
 
+/* Interrupts `control`, unless the interrupts are disabled. */
+static void interrupt_control(void)
+{
+    if ((waiting >= 0) && !is_disabled) {
+        in_uart = (uint8_t)waiting;
+        is_wrong = false;
+        waiting = -1;
+        uart_interrupt();
+    }
+}
+
 uint32_t milliseconds(void)
 {
+    if (is_disabled) {
+        abort();
+    }
+    interrupt_control();
     return now;
+}
+
+uint32_t interrupts_disable(void)
+{
+    const uint32_t state = is_disabled ? 1U : 0U;
+
+    is_disabled = true;
+    return state;
+}
+
+void interrupts_restore(uint32_t state)
+{
+    is_disabled = state != 0U;
 }
 
 void drive(const uint8_t *output)
@@ -50,7 +80,8 @@ void drive(const uint8_t *output)
 }
 
 /* Steps: {0, byte} is a received byte, {1, 0} is a byte with an error, and {1, n} with n > 0 advances the clock by n
- * milliseconds. */
+ * milliseconds. {2, byte} is a byte that arrives while `control` runs in the next step, after it
+ * has taken the mailbox. */
 static void run(void)
 {
     int kind;
@@ -60,9 +91,11 @@ static void run(void)
         abort();
     }
     while (next(&kind, &number)) {
-        if ((kind == 1) && (number > 0U)) {
+        if (kind == 2) {
+            waiting = number;
+        } else if ((kind == 1) && (number > 0U)) {
             now += number;
-            timer_interrupt();
+            control();
         } else {
             in_uart = number;
             is_wrong = kind == 1;
@@ -103,11 +136,23 @@ static void run(void)
     }
 }
 #elif defined(RING)
+static uint32_t now;
 static uint8_t in_uart;
+static bool is_wrong;
+
+bool uart_has_error(void)
+{
+    return is_wrong;
+}
 
 uint8_t uart_read(void)
 {
     return in_uart;
+}
+
+uint32_t milliseconds(void)
+{
+    return now;
 }
 
 void use_sentence(const uint8_t *sentence, uint16_t length)
@@ -115,33 +160,40 @@ void use_sentence(const uint8_t *sentence, uint16_t length)
     say(sentence, length);
 }
 
-/* Steps: {0, byte} is a received byte, and {1, any} is an iteration of the main loop. */
+/* Steps: {0, byte} is a received byte, {2, byte} is a byte with an error, and {1, n} is an iteration of the main loop
+ * after n milliseconds. */
 static void run(void)
 {
     int kind;
+    uint8_t number;
 
     start();
-    while (next(&kind, &in_uart)) {
-        if (kind == 0) {
-            uart_interrupt();
-        } else {
+    while (next(&kind, &number)) {
+        if (kind == 1) {
+            now += number;
             main_loop();
+        } else {
+            in_uart = number;
+            is_wrong = kind == 2;
+            uart_interrupt();
         }
     }
 }
 #else
 static void finish(void);
 
-/* Steps: {0, byte} is a received byte, and {1, any} is a pause. */
-bool queue_take(uint8_t *byte, uint32_t wait)
+/* Steps: {0, byte} is a received byte, {2, number} is a line event, and {1, any} is a pause. */
+bool queue_take(uint16_t *entry, uint32_t wait)
 {
     int kind;
+    uint8_t number;
 
     (void)wait;
-    if (!next(&kind, byte)) {
+    if (!next(&kind, &number)) {
         finish();
     }
-    return kind == 0;
+    *entry = (uint16_t)(number + ((kind == 2) ? IS_EVENT : 0U));
+    return kind != 1;
 }
 
 void use_message(uint32_t number, const uint8_t *payload, uint16_t length)

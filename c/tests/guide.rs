@@ -1,7 +1,6 @@
 //! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
 use std::fs;
-use std::num::NonZeroU32;
 use std::process::Command;
 
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
@@ -18,7 +17,7 @@ use crate::compilers::{GCC, assert_same, beside, succeeds};
 use crate::delivery::{PAGE, blocks};
 use crate::{drawn, headers};
 
-/// The two kinds of steps in `guide.c`: a received byte, and any other event.
+/// Two kinds of steps in `guide.c`: a received byte, and any other event.
 const BYTE: u8 = 0;
 const EVENT: u8 = 1;
 
@@ -38,13 +37,21 @@ fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
 
 /// Returns the last line of the output. Asserts that many frames were received, some of them after discarded bytes.
 fn summary(counters: &Counters) -> String {
+    assert!(
+        counters.frames > 500 && counters.resynchronisations > 50,
+        "{counters:?}"
+    );
+    totals(counters)
+}
+
+/// Returns the last line of the output.
+fn totals(counters: &Counters) -> String {
     let Counters {
         frames,
         bytes,
         resynchronisations,
         ..
     } = counters;
-    assert!(*frames > 500 && *resynchronisations > 50, "{counters:?}");
     format!("{frames} frames in {bytes} bytes, {resynchronisations} resynchronisations\n")
 }
 
@@ -64,59 +71,107 @@ fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-#[test]
-fn interrupt_handler_with_failsafe() {
-    let random = &mut ChaCha8Rng::seed_from_u64(1);
-    let mut steps = Vec::new();
-    for _ in 0..3000 {
-        let payload = [(); 3].map(|()| b"AAB\r\x80"[random.random_range(0..5)]);
-        let frame = Bin::encode(payload.into());
-        for byte in with_faults(frame.to_vec(), random) {
-            let is_wrong = random.random_range(0..200) == 0;
-            steps.extend([if is_wrong { EVENT } else { BYTE }, byte]);
-            if is_wrong {
-                *steps.last_mut().unwrap() = 0;
-            }
-        }
-        let is_silent = random.random_range(0..100) == 0;
-        for _ in 0..if is_silent { 300 } else { 1 } {
-            steps.extend([EVENT, random.random_range(1..20)]);
-        }
-    }
+/// In the program with a failsafe: a byte that arrives while the next step's `control` runs.
+const BYTE_IN_CONTROL: u8 = 2;
+/// In the programs with a ring buffer and with a queue: a byte with an error.
+const ERROR: u8 = 2;
 
+/// Returns the output of the program with a failsafe, and its receiver. The interrupt puts setpoints into a mailbox.
+fn interrupt_and_control(steps: &[u8]) -> (String, Line<Receiver<Bin>>) {
     let mut line = Line::new(Receiver::<Bin>::new());
-    let parameters = FailsafeParameters {
-        hold_after: 100,
-        ramp_after: 500,
-        park: [128; 3],
-        ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
-    };
+    let parameters = FailsafeParameters::for_clock(1_000, 10, [128; 3]);
     let mut failsafe = Failsafe::new(parameters, 0).unwrap();
-    let (mut now, mut text) = (0, String::new());
+    let (mut now, mut byte_time, mut text) = (0_u32, 0, String::new());
+    let (mut mailbox, mut waiting) = (None, None);
+    let mut interrupt = |now: u32, mailbox: &mut Option<_>, byte: Option<u8>| {
+        if now - byte_time >= 5 {
+            line.line_event(LineEvent::Idle, |_| ());
+        }
+        byte_time = now;
+        if let Some(byte) = byte {
+            *mailbox = line.push(byte).or(*mailbox);
+        } else {
+            line.line_event(LineEvent::Framing, |_| ());
+        }
+    };
     for step in steps.chunks_exact(2) {
         match *step {
-            [BYTE, byte] => {
-                if let Some(setpoint) = line.push(byte) {
-                    failsafe.frame(now, setpoint);
-                }
-            }
-            [_, 0] => line.line_event(LineEvent::Framing, |_| ()),
+            [BYTE, byte] => interrupt(now, &mut mailbox, Some(byte)),
+            [BYTE_IN_CONTROL, byte] => waiting = Some(byte),
+            [_, 0] => interrupt(now, &mut mailbox, None),
             [_, milliseconds] => {
                 now += u32::from(milliseconds);
+                if let Some(setpoint) = mailbox.take() {
+                    failsafe.frame(setpoint);
+                }
+                if waiting.is_some() {
+                    interrupt(now, &mut mailbox, waiting.take());
+                }
                 text.push_str(&hex(&failsafe.poll(now).axes));
             }
             _ => panic!("half a step"),
         }
     }
+    (text, line)
+}
+
+#[test]
+fn interrupt_handler_with_failsafe() {
+    let random = &mut ChaCha8Rng::seed_from_u64(1);
+    let mut steps = Vec::new();
+    for number in 0..3000 {
+        let payload = [(); 3].map(|()| b"AAB\r\x80"[random.random_range(0..5)]);
+        let frame = Bin::encode(payload.into());
+        for byte in with_faults(frame.to_vec(), random) {
+            match random.random_range(0..200) {
+                0 => steps.extend([EVENT, 0]),
+                1..20 => steps.extend([BYTE_IN_CONTROL, byte, EVENT, 1]),
+                _ => steps.extend([BYTE, byte]),
+            }
+        }
+        // Half of the time, frames come fast enough to make the output live.
+        let longest = if number / 500 % 2 == 0 { 20 } else { 120 };
+        let is_silent = random.random_range(0..300) == 0;
+        for _ in 0..if is_silent { 300 } else { 1 } {
+            steps.extend([EVENT, random.random_range(1..longest)]);
+        }
+    }
+    let (text, line) = interrupt_and_control(&steps);
     let is_parked = |line: &&str| *line == "808080";
     assert!(text.lines().filter(is_parked).count() > 100, "it parks");
-    assert!(line.counters().events.framing > 50, "{:?}", line.counters());
+    let has_moved = |line: &&str| line.contains("41") || line.contains("42");
+    assert!(text.lines().filter(has_moved).count() > 100, "it moves");
+    let events = line.counters().events;
+    assert!(events.framing > 50 && events.idle > 1000, "{events:?}");
     check(
         0,
         "-DINTERRUPT",
         &steps,
         &(text + &summary(line.counters())),
     );
+}
+
+/// A frame that contains the end of a frame and the beginning of another one.
+#[test]
+fn the_interrupt_handler_is_right_after_one_pause() {
+    let stream = b"AB\0\rAB\r".repeat(1000);
+    let without_pauses = |bytes: &[u8]| -> Vec<u8> {
+        let milliseconds = bytes.chunks(11).map(|bytes| {
+            let bytes: Vec<u8> = bytes.iter().flat_map(|byte| [BYTE, *byte]).collect();
+            [&bytes[..], &[EVENT, 1]].concat()
+        });
+        milliseconds.collect::<Vec<_>>().concat()
+    };
+    let before = without_pauses(&stream[1..]);
+    let (text, line) = interrupt_and_control(&before);
+    // Nobody can know better until the first pause.
+    assert_eq!(line.counters().frames, 999);
+    assert_eq!(text.lines().last(), Some("414200"));
+    let steps = [before, vec![EVENT, 9], without_pauses(&stream)].concat();
+    let (text, line) = interrupt_and_control(&steps);
+    assert_eq!(line.counters().frames, 1999);
+    assert_eq!(text.lines().last(), Some("0D4142"));
+    check(0, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
 }
 
 /// The programs that have a buffered receiver.
@@ -139,29 +194,38 @@ fn expected(
     let mut line = Line::new(receiver.unwrap());
     let mut text = String::new();
     let mut waiting = Vec::new();
-    let (mut has_overrun, mut overruns, mut at_events) = (false, 0, 0);
+    let mut event = None;
+    let (mut now, mut byte_time, mut at_events) = (0_u32, 0, 0);
     for step in steps.chunks_exact(2) {
-        if step[0] == BYTE {
-            if buffer == Buffer::Ring && (has_overrun || waiting.len() == 63) {
-                has_overrun = true;
-            } else {
-                waiting.push(step[1]);
+        if step[0] != EVENT {
+            match buffer {
+                Buffer::Ring if event.is_some() => {}
+                Buffer::Ring if step[0] == ERROR => event = Some(LineEvent::Framing),
+                Buffer::Ring if waiting.len() == 63 => event = Some(LineEvent::Overrun),
+                Buffer::Queue if step[0] == ERROR => event = Some(LineEvent::Parity),
+                _ => waiting.push(step[1]),
             }
-            continue;
+            if buffer != Buffer::Queue || event.is_none() {
+                continue;
+            }
+        }
+        if buffer == Buffer::Ring {
+            now += u32::from(step[1]);
+            if !waiting.is_empty() {
+                byte_time = now;
+            }
         }
         for byte in waiting.drain(..) {
             let said = line.push(byte).and_then(|frame| say(frame.bytes()));
             text.push_str(&said.unwrap_or_default());
         }
-        let event = match buffer {
-            Buffer::Dma => (step[1] == 1).then_some(LineEvent::Idle),
-            Buffer::Ring => has_overrun.then_some(LineEvent::Overrun),
-            Buffer::Queue => Some(LineEvent::Idle),
+        let pause = match buffer {
+            Buffer::Dma => step[1] == 1,
+            Buffer::Ring => line.pending() > 0 && now - byte_time >= 50,
+            Buffer::Queue => true,
         };
-        overruns += u32::from(has_overrun);
-        has_overrun = false;
         let before = text.len();
-        if let Some(event) = event {
+        if let Some(event) = event.take().or(pause.then_some(LineEvent::Idle)) {
             line.line_event(event, |found| {
                 if let Found::Frame { message, .. } = found {
                     text.push_str(&say(message.bytes()).unwrap_or_default());
@@ -181,7 +245,11 @@ fn expected(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"
     );
-    assert_eq!(overruns > 0, buffer == Buffer::Ring, "{overruns} overruns");
+    let events = line.counters().events;
+    assert!(events.idle > 20, "{events:?}");
+    assert_eq!(events.overrun > 50, buffer == Buffer::Ring, "{events:?}");
+    assert_eq!(events.framing > 50, buffer == Buffer::Ring, "{events:?}");
+    assert_eq!(events.parity > 50, buffer == Buffer::Queue, "{events:?}");
     text + &summary(line.counters())
 }
 
@@ -227,17 +295,18 @@ fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u
 fn dma() {
     let random = &mut ChaCha8Rng::seed_from_u64(2);
     let frames = (0..3000).map(|number| {
-        let payload: [u8; 22] = random.random();
+        // Some senders append a byte to the channels.
+        let payload: [u8; 23] = random.random();
         let message = crsf::Message {
             address: 0xC8,
             kind: if number % 8 == 0 { 0x14 } else { 0x16 },
-            payload: &payload,
+            payload: &payload[..22 + number % 2],
         };
         Crsf.encode_into(message, &mut [0; 64]).unwrap().to_vec()
     });
     let frames: Vec<Vec<u8>> = frames.collect();
     let steps = steps(frames, 60, random);
-    let channels = |frame: &[u8]| (frame[2] == 0x16).then(|| hex(&frame[3..frame.len() - 1]));
+    let channels = |frame: &[u8]| (frame[2] == 0x16).then(|| hex(&frame[3..25]));
     let expected = expected(Buffer::Dma, &shipped("crsf"), &steps, channels);
     check(1, "-DDMA", &steps, &expected);
 }
@@ -246,7 +315,18 @@ fn dma() {
 fn main_loop_with_ring_buffer() {
     let random = &mut ChaCha8Rng::seed_from_u64(3);
     let description = shipped("nmea");
-    let steps = steps(drawn_frames(&description, random), 70, random);
+    let mut steps = steps(drawn_frames(&description, random), 70, random);
+    for step in steps.chunks_exact_mut(2) {
+        if step[0] == BYTE && random.random_range(0..500) == 0 {
+            step[0] = ERROR;
+        }
+    }
+    // Some pauses are long enough.
+    let steps = steps.chunks_exact(2).flat_map(|step| match step[0] {
+        EVENT if random.random() => [step, &[EVENT, random.random_range(40..60)]].concat(),
+        _ => step.to_vec(),
+    });
+    let steps: Vec<u8> = steps.collect();
     let sentence = |frame: &[u8]| {
         let star = frame.iter().rposition(|byte| *byte == b'*');
         Some(hex(&frame[1..star.unwrap()]))
@@ -259,7 +339,13 @@ fn main_loop_with_ring_buffer() {
 fn task_with_queue() {
     let random = &mut ChaCha8Rng::seed_from_u64(4);
     let description = shipped("mavlink2");
-    let steps = steps(drawn_frames(&description, random), usize::MAX, random);
+    let mut steps = steps(drawn_frames(&description, random), usize::MAX, random);
+    for step in steps.chunks_exact_mut(2) {
+        if step[0] == BYTE && random.random_range(0..500) == 0 {
+            // A parity error.
+            step.copy_from_slice(&[ERROR, 1]);
+        }
+    }
     let message = |frame: &[u8]| {
         let number = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
         let payload = &frame[10..][..usize::from(frame[1])];

@@ -7,12 +7,12 @@
     reason = "tests: a panic is a failure"
 )]
 
+mod arduino;
 mod compilers;
 mod delivery;
 mod difference;
 #[path = "../../host/description/tests/suite/drawn.rs"]
 mod drawn;
-mod engine;
 mod failsafe;
 mod generated;
 mod guide;

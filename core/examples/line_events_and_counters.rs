@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p framelock-examples --bin line_events_and_counters`
 
-use framelock::motion::Bin;
+use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};
 
 /// The silence that counts as an idle gap, in microseconds.
@@ -23,23 +23,33 @@ fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
     })
 }
 
+/// Takes an interrupt at the time `now`: a byte, or the error that takes the byte's place. `heard` is the time of the
+/// last interrupt. No frame contains bytes from both before and after a line event.
+pub(crate) fn interrupt(
+    line: &mut Line<Receiver<Bin>>,
+    heard: &mut u32,
+    now: u32,
+    found: Result<u8, LineEvent>,
+) -> Option<Setpoint> {
+    if now.wrapping_sub(*heard) >= IDLE {
+        line.line_event(LineEvent::Idle, |_| ());
+    }
+    *heard = now;
+    match found {
+        Ok(byte) => line.push(byte),
+        Err(event) => {
+            line.line_event(event, |_| ());
+            None
+        }
+    }
+}
+
 pub(crate) fn main() {
-    let mut line = Line::new(Receiver::<Bin>::new());
+    let mut line = Line::new(Receiver::new());
     let mut heard = 0;
     for (now, found) in interrupts() {
-        // This is the interrupt handler. No frame contains bytes from both before and after a line event.
-        if now.wrapping_sub(heard) >= IDLE {
-            line.line_event(LineEvent::Idle, |_| ());
-        }
-        heard = now;
-        match found {
-            Ok(byte) => {
-                if let Some(setpoint) = line.push(byte) {
-                    println!("{setpoint}");
-                }
-            }
-            // The error takes the place of the byte.
-            Err(event) => line.line_event(event, |_| ()),
+        if let Some(setpoint) = interrupt(&mut line, &mut heard, now, found) {
+            println!("{setpoint}");
         }
     }
     let counted = line.counters();

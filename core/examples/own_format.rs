@@ -3,7 +3,8 @@
 //! `cargo run -p framelock-examples --bin own_format`
 
 use framelock::{
-    BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape,
+    BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, LineEvent,
+    Receiver, Shape,
 };
 
 /// The byte `FE`, a 16-bit throttle, and the byte `0A`.
@@ -69,6 +70,30 @@ impl Format for Text {
     }
 }
 
+/// A receiver of texts, with a buffer for two of the longest frames.
+pub(crate) type TextReceiver = BufferedReceiver<Text, [u8; 2 * Text::LONGEST]>;
+
+/// Takes a byte, or a line error or a pause. Calls `on` with the text of each frame.
+pub(crate) fn take(
+    receiver: &mut TextReceiver,
+    found: Result<u8, LineEvent>,
+    mut on: impl FnMut(&[u8]),
+) {
+    match found {
+        Ok(byte) => {
+            if let Some(frame) = receiver.push(byte) {
+                on(frame.message());
+            }
+        }
+        // A whole frame may be among the pending bytes.
+        Err(event) => receiver.line_event(event, |found| {
+            if let Some(frame) = found.message() {
+                on(frame.message());
+            }
+        }),
+    }
+}
+
 pub(crate) fn main() {
     let mut receiver = Receiver::<Throttle>::new();
     for byte in Throttle::encode(1_000) {
@@ -76,11 +101,13 @@ pub(crate) fn main() {
             println!("throttle {throttle}");
         }
     }
-    let mut receiver = BufferedReceiver::<_, [u8; 2 * Text::LONGEST]>::new(Text);
-    for &byte in b"noise\xAA\x02hi\xD1" {
-        if let Some(frame) = receiver.push(byte) {
-            println!("{}", frame.message().escape_ascii());
-        }
+    let mut receiver = TextReceiver::new(Text);
+    let bytes = b"noise\xAA\x02hi\xD1\xAA\x03";
+    let found = bytes.iter().map(|byte| Ok(*byte));
+    for found in found.chain([Err(LineEvent::Idle)]) {
+        take(&mut receiver, found, |text| {
+            println!("{}", text.escape_ascii());
+        });
     }
 }
 

@@ -29,7 +29,7 @@ use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Pars
 #[cfg(kani)]
 mod verification;
 
-/// The receiver of frames of any length up to [`Format::LONGEST`]. It cannot go deaf.
+/// The receiver of frames of any length up to [`Format::LONGEST`].
 ///
 /// If your frames have a fixed length of up to 16 bytes, use [`Receiver`](crate::Receiver): it is smaller and faster,
 /// and delivers each frame with the frame's last byte. `BufferedReceiver` consists of the format, a buffer `B`, and
@@ -532,7 +532,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> 
 }
 
 /// Returns the format's classification of 1 to `LONGEST` bytes, corrected to keep law 1. So even a wrong format cannot
-/// make the receiver hang, overrun its buffer, or go deaf.
+/// make the receiver hang, overrun its buffer, or wait for more than `LONGEST` bytes.
 #[inline]
 fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification {
     let longest = format.longest();

@@ -1,4 +1,4 @@
-//! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation, never deaf.
+//! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation.
 //!
 //! A motion-simulator PC sends frames of seven bytes: `'A' 'B' reserved pitch roll yaw CR`. Push the received bytes
 //! one by one. `push` returns the setpoint when it takes a frame's last byte, the CR, and at no other time:
@@ -16,13 +16,14 @@
 //! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
 //! ```
 //!
-//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks the actuators when frames stop coming.
+//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks the actuators when frames stop coming. It is no
+//! safety function: the actuators need a switch that cuts their power.
 //!
 //! # In an interrupt
 //!
 //! The UART also reports errors and pauses. Pass each error and each pause on as a line event. Then no delivered frame
 //! contains bytes from both before and after a line event. A [`Line`] takes bytes and line events, and counts every
-//! byte:
+//! byte that it takes:
 //!
 //! ```
 //! use framelock::motion::{Bin, Setpoint};
@@ -53,11 +54,13 @@
 //! | [`BufferedReceiver`] | finds frames of any length; takes a [`Format`] | buffer + 3 words |
 //! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 18 words |
 //! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
-//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for the failsafe with three axes |
+//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 104 for the failsafe with three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
 //! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
-//! in this crate panics, whatever its arguments. Several mistakes in a format are compile errors (see [`FixedFormat`]).
+//! in this crate panics, whatever its arguments, unless your own format, source or closure does. This is proved for
+//! `push`, line events and the failsafe. Long slices and `Reader` are tested. Several mistakes in a format are compile
+//! errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.
@@ -66,8 +69,12 @@
 //!
 //! Take the bytes that have come since the last delivered frame. The receiver keeps *the longest suffix of these bytes
 //! that can still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares no byte
-//! with an earlier delivered frame. The message is decoded from these last bytes. With this rule a receiver cannot go
-//! deaf. The lecture's machine can go deaf (see [`lecture`]).
+//! with an earlier delivered frame. The message is decoded from these last bytes. So the receiver delivers a frame
+//! during every whole frame. The lecture's machine may deliver nothing for ever (see [`lecture`]).
+//!
+//! A frame that nobody sent may share bytes with a whole frame, which is then lost. In BIN, the bytes of a repeated
+//! frame may be frames at two offsets. Then only a pause, reported as a line event, or a checksum shows which frames
+//! were sent (see [`motion::Bin`]).
 //!
 //! # Features
 //!

@@ -22,8 +22,8 @@
 //!
 //! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
-//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
-//! the stream with the shape, if the stretch is as long as a frame and overlaps no delivered frame.
+//! [`push`](Window::push) keeps no position in the frame. It compares *every* stretch of the stream with the shape, if the
+//! stretch is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
 //! *note* in the word's four highest bits. The note states how many more bytes can become pending. `push` ignores the

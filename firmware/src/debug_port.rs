@@ -1,13 +1,18 @@
 //! The debug port and the reset button, neither of which works on an erased chip.
 //!
 //! On chips of build code F and later, every reset closes the debug port. If UICR.APPROTECT contained 0x5A at the
-//! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. UICR is flash. Each word of UICR can be
-//! written once, and takes effect at the next reset. Only erasing the whole chip erases UICR.
+//! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. The reset button needs its pin's number
+//! in UICR.PSELRESET.
+//!
+//! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole
+//! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until then.
+//! So the firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register, and loses its
+//! value at each reset.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};
 
-use crate::settings::{KEEP_DEBUGGABLE, RESET_PIN};
+use crate::settings::{RESET_PIN, WRITE_UICR};
 
 /// The first build code of chips that close the debug port by themselves.
 const CLOSES_BY_ITSELF: u8 = b'F';
@@ -17,27 +22,29 @@ const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;
 const OPEN: u32 = 0x5A;
 const ERASED: u32 = u32::MAX;
 
-/// Opens the debug port until the next reset, and writes the words of UICR that are still erased. Resets the chip
-/// if a word was written, so that the word takes effect.
+/// Opens the debug port until the next reset, if UICR allows that. With [`WRITE_UICR`], writes the words of UICR that
+/// are still erased, and resets the chip if a word was written, so that the word takes effect.
 pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
-    if !KEEP_DEBUGGABLE {
-        return;
-    }
-    let mut is_new = false;
     // The variant has four characters, for example "AAF0". The last two are the build code.
     let [_, build_code, ..] = ficr.info.variant.read().bits().to_le_bytes();
-    if build_code >= CLOSES_BY_ITSELF {
+    let closes_by_itself = build_code >= CLOSES_BY_ITSELF;
+    if closes_by_itself {
         // SAFETY: these chips have this register, and writing it only opens the debug port.
         unsafe { APPROTECT_DISABLE.write_volatile(OPEN) };
-        is_new |= write_once(nvmc, uicr.approtect.as_ptr(), OPEN);
     }
+    if WRITE_UICR && write(uicr, nvmc, closes_by_itself) {
+        SCB::sys_reset();
+    }
+}
+
+/// Writes the words of UICR that are still erased. Returns whether a word was written.
+fn write(uicr: &UICR, nvmc: &NVMC, closes_by_itself: bool) -> bool {
+    let mut is_new = closes_by_itself && write_once(nvmc, uicr.approtect.as_ptr(), OPEN);
     // The chip uses the reset pin only if both words contain the same number.
     for word in &uicr.pselreset {
         is_new |= write_once(nvmc, word.as_ptr(), RESET_PIN);
     }
-    if is_new {
-        SCB::sys_reset();
-    }
+    is_new
 }
 
 /// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`. Otherwise

@@ -6,6 +6,8 @@
 //!
 //! The receive handler owns the receiver, and passes the setpoint to the main loop in a single word. The main loop owns
 //! everything else.
+//!
+//! This is no safety function. Whatever it moves needs a switch that cuts the power without software.
 #![no_std]
 #![no_main]
 
@@ -21,7 +23,7 @@ mod telemetry;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
 use embedded_hal::digital::InputPin as _;
-use framelock::motion::{Failsafe, Phase};
+use framelock::motion::{Failsafe, Output, Phase};
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{p0, p1};
 use nrf52840_hal::pac::{self, Interrupt};
@@ -31,7 +33,7 @@ use crate::reset::Watchdog;
 use crate::servo::Servos;
 use crate::setpoint::Published;
 use crate::settings::{FAILSAFE, Line, TICK};
-use crate::telemetry::{COUNTERS, Leds};
+use crate::telemetry::{COUNTERS, Leds, OutputState};
 
 /// Interval between two log entries of the counters, in microseconds.
 const LOG_EVERY: u32 = 1_000_000;
@@ -46,9 +48,15 @@ fn main() -> ! {
     else {
         SCB::sys_reset()
     };
+    // Drive the servos' wires low before anything that waits: a servo must not see a floating wire.
+    let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // Turn on the instruction cache, because flash has wait states. After a reset the cache is off.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
+    // Wake from sleep without delay. Otherwise each wake takes up to 3 us, which is a third of a byte at 1 Mbaud.
+    chip.POWER
+        .tasks_constlat
+        .write(|w| w.tasks_constlat().set_bit());
     // Start the watchdog before anything that waits.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
         SCB::sys_reset()
@@ -59,7 +67,6 @@ fn main() -> ! {
     let reset_cause = reset::cause(&chip.POWER);
     telemetry::booted(reset_cause);
 
-    let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
@@ -75,6 +82,7 @@ fn main() -> ! {
     let mut seen = Published::now();
     let mut lock = Lock::default();
     let mut line_break = LineBreak::default();
+    let mut pace = Pace::default();
     let mut logged_at = now;
     // One pass per tick. A new setpoint waits for the next tick. This wait costs nothing, because the PWM takes new
     // pulse widths less often than once a tick.
@@ -84,22 +92,31 @@ fn main() -> ! {
         let published = Published::now();
         if published != seen {
             seen = published;
-            failsafe.frame(now, published.setpoint());
+            failsafe.frame(published.setpoint());
         }
-        let output = failsafe.poll(now);
+        let output = poll(failsafe, now);
         servos.show(now, output.axes.into());
         reset::keep_output(output.axes.into());
         let receives = receive::tick();
         line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
-        leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
+        COUNTERS.show_failsafe(failsafe);
+        let state = pace.state(output.phase);
+        leds.show(now, lock.held, COUNTERS.line_errors(), state);
         watchdog.feed(receives);
         if now.wrapping_sub(logged_at) >= LOG_EVERY {
             logged_at = now;
-            telemetry::log();
+            pace.update(failsafe.slow_frames());
+            telemetry::log(state);
         }
         clock::sleep();
     }
+}
+
+/// Returns the failsafe's output. This is a separate function, because the main loop would otherwise take more stack.
+#[inline(never)]
+fn poll(failsafe: &mut Failsafe<u8, 3>, now: u32) -> Output<u8, 3> {
+    failsafe.poll(now)
 }
 
 /// The lock. It is held while frames arrive and no byte has been discarded since the last frame.
@@ -143,6 +160,38 @@ impl LineBreak {
         (self.breaks, self.bytes) = (breaks, bytes);
         if self.lasts {
             COUNTERS.break_ticks.count();
+        }
+    }
+}
+
+/// Detects a sender whose frames are too far apart to start the servos.
+#[derive(Default)]
+struct Pace {
+    slow_frames: u32,
+    /// The number of log entries in a row before which there were such frames.
+    slow_for: u8,
+}
+
+impl Pace {
+    /// Takes the failsafe's count of these frames. The main loop calls it with each log entry.
+    fn update(&mut self, slow_frames: u32) {
+        let is_slow = slow_frames != self.slow_frames;
+        self.slow_frames = slow_frames;
+        self.slow_for = if is_slow {
+            self.slow_for.saturating_add(1)
+        } else {
+            0
+        };
+    }
+
+    /// Returns the state to show. One slow frame is normal after a pause of the sender, so a single log entry with
+    /// slow frames does not count.
+    fn state(&self, phase: Phase) -> OutputState {
+        match phase {
+            Phase::Live => OutputState::Live,
+            Phase::Approach => OutputState::Approach,
+            _ if self.slow_for >= 2 => OutputState::SlowFrames,
+            _ => OutputState::NoFrames,
         }
     }
 }

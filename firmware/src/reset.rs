@@ -4,7 +4,7 @@
 //! but the fault's exception frame does not fit on the stack. So the processor locks up, and the chip resets itself.
 
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
@@ -73,33 +73,41 @@ pub(crate) fn cause(power: &POWER) -> u32 {
     cause.bits()
 }
 
-/// The last output: pitch, roll and yaw in one word, and a check word.
+/// The last output, and a mark. The output is pitch, roll, yaw and a check byte in one word. One instruction writes
+/// this word, so a reset leaves either the last output or the one before, and never a part of each.
 ///
 /// No start-up code writes to this section. After power-on its content is arbitrary. Any other reset usually leaves it
-/// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only the check word shows
-/// whether the output is known. Arbitrary content passes this check with a probability of 2^-32. The attribute `used`
+/// unchanged. A brown-out looks like power-on but leaves the servos where they are, so only mark and check byte show
+/// whether the output is known. Arbitrary content passes this check with a probability of 2^-40. The attribute `used`
 /// prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]
-static LAST_OUTPUT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+static LAST_OUTPUT: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 
-/// The difference (XOR) between the check word and the output.
-const CHECK: u32 = 0x5E27_0A75;
+/// The mark, which shows that the program has stored an output since power-on.
+const MARK: u32 = 0x5E27_0A75;
 
 /// Returns the outputs before the reset, or `None` if they are not known.
 pub(crate) fn last_output() -> Option<Setpoint> {
-    let [output, check] = &LAST_OUTPUT;
-    let output = output.load(Ordering::Relaxed);
-    let is_known = check.load(Ordering::Relaxed) == output ^ CHECK;
+    let [output, mark] = LAST_OUTPUT
+        .each_ref()
+        .map(|word| word.load(Ordering::Relaxed));
     let [pitch, roll, yaw, _] = output.to_le_bytes();
-    is_known.then_some(Setpoint { pitch, roll, yaw })
+    let setpoint = Setpoint { pitch, roll, yaw };
+    (mark == MARK && output == word(setpoint)).then_some(setpoint)
 }
 
 /// Stores these outputs in RAM, so that the program can resume them after a reset.
-pub(crate) fn keep_output(Setpoint { pitch, roll, yaw }: Setpoint) {
-    let output = u32::from_le_bytes([pitch, roll, yaw, 0]);
-    let [word, check] = &LAST_OUTPUT;
-    word.store(output, Ordering::Relaxed);
-    check.store(output ^ CHECK, Ordering::Relaxed);
+pub(crate) fn keep_output(setpoint: Setpoint) {
+    let [output, mark] = &LAST_OUTPUT;
+    output.store(word(setpoint), Ordering::Relaxed);
+    // Write the mark second, because after power-on the output is only known from here on.
+    compiler_fence(Ordering::SeqCst);
+    mark.store(MARK, Ordering::Relaxed);
+}
+
+/// Returns the word for these outputs. The check byte differs from that of outputs with another bit.
+fn word(Setpoint { pitch, roll, yaw }: Setpoint) -> u32 {
+    u32::from_le_bytes([pitch, roll, yaw, !(pitch ^ roll ^ yaw)])
 }

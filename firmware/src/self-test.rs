@@ -76,6 +76,10 @@ fn main() -> ! {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
+    // Wake without delay, as the firmware does.
+    chip.POWER
+        .tasks_constlat
+        .write(|w| w.tasks_constlat().set_bit());
     // If this program was flashed over the firmware, the firmware's watchdog still runs. Wait here until the watchdog
     // resets the chip. Otherwise the watchdog would reset the chip during a later test.
     while chip.WDT.runstatus.read().bits() != 0 {}

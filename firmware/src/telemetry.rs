@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embedded_hal::digital::{OutputPin, PinState};
 use framelock::Counters;
-use framelock::motion::Phase;
+use framelock::motion::Failsafe;
 use nrf52840_hal::gpio::{Output, Pin, PushPull};
 
 use crate::settings::Line;
@@ -62,6 +62,9 @@ shown! {
     break_ticks;
     /// How often this program could not access the receiver, which indicates a bug.
     unserved;
+    /// How often the main loop was so late that the outputs moved more slowly than the settings say, or the failsafe's
+    /// clock went backwards.
+    late_polls;
 }
 
 /// A counter, which single instructions read and write.
@@ -95,6 +98,11 @@ impl Shown {
         self.restarts.set(restarts);
     }
 
+    pub(crate) fn show_failsafe(&self, failsafe: &Failsafe<u8, 3>) {
+        let late_polls = failsafe.late_polls();
+        (self.late_polls).set(late_polls.wrapping_add(failsafe.clock_faults()));
+    }
+
     /// Returns the number of line errors, modulo 2^32. Gaps are not errors.
     pub(crate) fn line_errors(&self) -> u32 {
         (self.framing.get())
@@ -116,6 +124,34 @@ impl Shown {
 /// How long LED2 stays on after an error, in microseconds: long enough to be seen.
 const ERROR_SHOWN: u32 = 100_000;
 
+/// What moves the servos, or why nothing does. LED3 and the log show it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum OutputState {
+    /// No frames: the servos hold, move to park, or are parked.
+    NoFrames,
+    /// Frames arrive, but too far apart to start the servos.
+    SlowFrames,
+    /// The servos approach the demand slowly.
+    Approach,
+    /// The servos follow the demand.
+    Live,
+}
+
+impl OutputState {
+    /// Returns whether LED3 is lit. Its patterns repeat after eight steps of 2^17 us, which is about a second.
+    fn lights(self, now: u32) -> bool {
+        let step = now >> 17 & 7;
+        match self {
+            Self::NoFrames => true,
+            // Two flashes a second.
+            Self::SlowFrames => step == 0 || step == 2,
+            // Even blinking, four times a second.
+            Self::Approach => step & 1 == 0,
+            Self::Live => false,
+        }
+    }
+}
+
 /// The LEDs, and the state of the error indicator.
 pub(crate) struct Leds {
     pins: [Pin<Output<PushPull>>; 3],
@@ -133,9 +169,9 @@ impl Leds {
         }
     }
 
-    /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and whether the failsafe
-    /// controls the outputs on LED3.
-    pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
+    /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and the outputs' state on
+    /// LED3.
+    pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, state: OutputState) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;
             self.error_at = Some(now);
@@ -143,8 +179,7 @@ impl Leds {
         self.error_at = self
             .error_at
             .filter(|at| now.wrapping_sub(*at) < ERROR_SHOWN);
-        let failsafe = !matches!(phase, Phase::Live | Phase::Approach);
-        let lit = [in_lock, self.error_at.is_some(), failsafe];
+        let lit = [in_lock, self.error_at.is_some(), state.lights(now)];
         for (pin, lit) in self.pins.iter_mut().zip(lit) {
             // Setting a pin cannot fail, because the error type is uninhabited.
             let _ = pin.set_state(PinState::from(!lit));
@@ -186,11 +221,22 @@ pub(crate) fn lock(gained: bool) {
     let _ = gained;
 }
 
-/// Logs the counters. The main loop calls it once a second.
-pub(crate) fn log() {
+/// Logs the outputs' state and the counters. The main loop calls it once a second.
+pub(crate) fn log(state: OutputState) {
     #[cfg(feature = "defmt")]
     {
+        const HOLD_AFTER: u32 = crate::settings::FAILSAFE.hold_after;
         let c = &COUNTERS;
+        match state {
+            OutputState::NoFrames => defmt::info!("no frames"),
+            OutputState::SlowFrames => defmt::warn!(
+                "frames arrive too far apart: fewer than {=u32} a second (hold_after is {=u32} ms)",
+                1_000_000 / HOLD_AFTER,
+                HOLD_AFTER / 1_000
+            ),
+            OutputState::Approach => defmt::info!("approach"),
+            OutputState::Live => defmt::info!("live"),
+        }
         defmt::info!(
             "bytes {=u32} frames {=u32} pending {=u32}",
             c.bytes.get(),
@@ -219,6 +265,8 @@ pub(crate) fn log() {
             c.unserved.get()
         );
     }
+    #[cfg(not(feature = "defmt"))]
+    let _ = state;
 }
 
 /// Logs the location of a panic.

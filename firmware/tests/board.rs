@@ -39,7 +39,7 @@ fn live(firmware: &mut Firmware) {
 
 #[test]
 fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
-    let mut firmware = Firmware::on_an_erased_chip("default");
+    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
     firmware.run_for(5 * MILLISECOND);
     // The written words take effect at a reset.
     let mut expected = vec![ResetCause::Soft];
@@ -62,19 +62,43 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
 }
 
+/// Other boards may use the reset pin, or have words of their own in UICR. The self-test is such an image, too.
 #[test]
-fn with_the_setting_off_nothing_is_written() {
-    let mut firmware = Firmware::on_an_erased_chip("lecture");
-    firmware.run_for(5 * MILLISECOND);
-    assert_eq!(uicr(&mut firmware), [u32::MAX; 3]);
-    assert!(!firmware.board.debug_port_is_open());
-    assert!(firmware.resets().is_empty());
+fn no_other_image_writes_to_uicr() {
+    for image in [
+        "default",
+        "megabaud",
+        "lecture",
+        "small",
+        "bin-crc8",
+        "self-test",
+    ] {
+        let mut firmware = Firmware::on_an_erased_chip(image);
+        firmware.run_for(5 * MILLISECOND);
+        assert_eq!(uicr(&mut firmware), [u32::MAX; 3], "{image}");
+        assert!(!firmware.board.debug_port_is_open(), "{image}");
+        assert!(firmware.resets().is_empty(), "{image}");
+    }
+}
+
+/// If UICR allows it, every image opens the debug port, which is a register and not in UICR.
+#[test]
+fn every_image_opens_a_debug_port_that_may_be_opened() {
+    for image in ["default", "small", "lecture"] {
+        let mut firmware = Firmware::booted(image);
+        // The words of UICR take effect at a reset.
+        firmware.board.reset();
+        assert!(!firmware.board.debug_port_is_open(), "{image}");
+        firmware.run_for(3 * MILLISECOND);
+        assert!(firmware.board.debug_port_is_open(), "{image}");
+        assert_eq!(firmware.resets(), [ResetCause::Pin], "{image}");
+    }
 }
 
 #[test]
 fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
     for erased in 0..UICR.len() {
-        let mut firmware = Firmware::on_an_erased_chip("default");
+        let mut firmware = Firmware::on_an_erased_chip("write-uicr");
         let mut written = UICR.to_vec();
         written.remove(erased);
         firmware.write_uicr(written);
@@ -87,7 +111,7 @@ fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
 
 #[test]
 fn what_someone_else_wrote_to_uicr_stays() {
-    let mut firmware = Firmware::on_an_erased_chip("default");
+    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
     let [reset, again, protection] = UICR.map(|(word, _)| word);
     let others = [21, 22, 0];
     firmware.write_uicr([(reset, 21), (again, 22), (protection, 0)]);
@@ -121,6 +145,10 @@ fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
 fn with_a_dead_crystal_the_watchdog_resets_the_chip() {
     let mut firmware = Firmware::at_power_on("default");
     firmware.board.break_crystal();
+    firmware.run_for(MILLISECOND);
+    // The servos' wires are driven low while the chip waits for the crystal.
+    let pins = firmware.board.pins();
+    assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0));
     firmware.run_for(600 * MILLISECOND);
     assert_eq!(firmware.resets(), [ResetCause::Watchdog; 2]);
     assert!(firmware.board.debug_port_is_open());
@@ -162,16 +190,19 @@ fn after_power_on_the_outputs_begin_at_park() {
     let kept = image.symbol("LAST_OUTPUT").unwrap().address;
     let mut bytes = [0; 8];
     firmware.board.memory().read(kept, &mut bytes).unwrap();
-    let [demand @ .., _] = bytes.first_chunk::<4>().unwrap();
-    assert_eq!(*demand, DEMAND);
-    // The stored output is ignored if it does not match its check word.
-    for spoilt in 0..8 {
-        let mut bytes = bytes;
-        bytes[spoilt] ^= 1;
+    assert_eq!(bytes[..3], DEMAND);
+    let first_pulses = |bytes: [u8; 8]| {
         let mut firmware = Firmware::at_power_on("default");
         firmware.board.patch(kept, &bytes).unwrap();
-        firmware.run_for(30 * MILLISECOND);
-        assert_eq!(pulses(&mut firmware, 0), [PARK; 2], "byte {spoilt}");
+        firmware.run_for(10 * MILLISECOND);
+        pulses(&mut firmware, 0)[0]
+    };
+    assert_eq!(first_pulses(bytes), SERVO);
+    // The stored output is ignored if one of its bits is wrong.
+    for bit in 0..64 {
+        let mut bytes = bytes;
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(first_pulses(bytes), PARK, "bit {bit}");
     }
 }
 
@@ -183,8 +214,14 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     // The watched word belongs to one of the two sets of widths, so it changes only at every second handover.
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
-    for n in 0..1_000_u32 {
-        let pitch = n.to_le_bytes()[0];
+    for n in 0..2_000_u32 {
+        // Up and down, by a unit per millisecond, which is slower than the outputs can move.
+        let [position, ..] = (n / 2 % 510).to_le_bytes();
+        let pitch = if n / 2 % 510 > 255 {
+            !position
+        } else {
+            position
+        };
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
     // The least time, in milliseconds, that two periods together take. SEQSTART may shorten the periods.
@@ -209,7 +246,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     }
     let setpoints: Vec<_> = changes(0).collect();
     let periods = trace.pwm_periods.iter();
-    for period in periods.filter(|period| period.at > from + 20 * MILLISECOND) {
+    for period in periods.filter(|period| period.at > from + 400 * MILLISECOND) {
         let pitch = period.pulses()[0].unwrap();
         // The setpoints that were current at some time in the last 5 ms before the period.
         let new = setpoints.partition_point(|change| change.at + 5 * MILLISECOND < period.at);

@@ -299,13 +299,14 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();
     let mut to_setpoint = 0;
-    for n in 0..200_u8 {
-        let pitch = 100 + n % 50;
+    // The frames end at different times of the main loop's tick of 2 ms, from its beginning to its end.
+    for n in 0..1_200_u32 {
+        let [pitch, ..] = n.to_le_bytes();
         let end = firmware.board.send(&frame([pitch, 1, 2]));
         std::mem::take(firmware.board.trace());
         firmware
             .board
-            .run_until(end + 10 * MILLISECOND + u64::from(n) * 37)
+            .run_until(end + 4 * MILLISECOND + u64::from(n) * 107)
             .unwrap();
         let changes = &firmware.board.trace().changes;
         let mut committed = changes.iter().filter(|change| change.watch == setpoint);

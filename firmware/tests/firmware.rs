@@ -25,7 +25,7 @@ pub(crate) fn image(name: &str) -> Image {
     Image::parse(&image_file(name)).unwrap()
 }
 
-/// The words of UICR that the firmware writes: the reset pin twice, and APPROTECT.
+/// The words of UICR that the image `write-uicr` writes: the reset pin twice, and APPROTECT.
 pub(crate) const UICR: [(u32, u32); 3] =
     [(0x1000_1200, 18), (0x1000_1204, 18), (0x1000_1208, 0x5A)];
 /// The register NVMC.CONFIG. Its value 1 allows writing UICR.
@@ -39,8 +39,8 @@ pub(crate) const RATES: [(u64, u32); 9] = [
     (57_600, 0x00EB_0000),
     (115_200, 0x01D6_0000),
     (230_400, 0x03B0_0000),
+    (250_000, 0x0400_0000),
     (460_800, 0x0740_0000),
-    (921_600, 0x0F00_0000),
     (1_000_000, 0x1000_0000),
 ];
 
@@ -87,7 +87,7 @@ fn counters(image: &str) -> Vec<String> {
 }
 
 impl Firmware {
-    /// Returns firmware at power-on. It has run on this chip before, so UICR is already written. The sender has the
+    /// Returns firmware at power-on, on a chip whose UICR the image `write-uicr` has written before. The sender has the
     /// baud rate that the image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
         let mut firmware = Self::on_an_erased_chip(image);

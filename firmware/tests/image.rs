@@ -6,10 +6,11 @@ use object::{Object, ObjectSection, SectionFlags, elf};
 use crate::firmware::{image, image_file};
 
 /// The most flash that each image may take, in bytes.
-pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
+pub(crate) const MOST_FLASH: [(&str, u64); 6] = [
     ("default", 8 * 1024),
     ("megabaud", 8 * 1024),
     ("lecture", 8 * 1024),
+    ("write-uicr", 8 * 1024),
     ("small", 5_632),
     ("bin-crc8", 8 * 1024),
 ];

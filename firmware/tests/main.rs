@@ -6,6 +6,7 @@
 
 mod assumptions;
 mod board;
+mod bounds;
 mod error_floods;
 mod figures;
 mod firmware;

@@ -34,6 +34,21 @@ pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
         .collect()
 }
 
+/// Runs the board, and looks at LED3 every millisecond. Returns the number of milliseconds for which LED3 was lit, and
+/// how often it went on.
+pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
+    let (mut lit, mut flashes) = (0, 0);
+    let mut before = firmware.leds()[2];
+    for _ in 0..milliseconds {
+        firmware.run_for(MILLISECOND);
+        let is_lit = firmware.leds()[2];
+        lit += u64::from(is_lit);
+        flashes += u64::from(is_lit && !before);
+        before = is_lit;
+    }
+    (lit, flashes)
+}
+
 /// Sends a hundred frames a second, for `milliseconds`.
 fn drive(firmware: &mut Firmware, setpoint: [u8; 3], milliseconds: u64) {
     for _ in 0..milliseconds / 10 {
@@ -104,9 +119,11 @@ fn after_a_silence_the_demand_is_approached_and_then_followed() {
             "{pair:?}"
         );
     }
-    // In the phase `Live`, a new demand takes effect within two pulses.
-    let from = firmware.board.now() + 40 * MILLISECOND;
-    drive(&mut firmware, [10, 20, 30], 100);
+    // An approach takes at least a second. Then a new demand takes effect within the 0.2 s that the outputs take for
+    // their travel, and two pulses.
+    drive(&mut firmware, [255, 255, 255], 500);
+    let from = firmware.board.now() + 240 * MILLISECOND;
+    drive(&mut firmware, [10, 20, 30], 340);
     let [pitch, roll, yaw] = [10, 20, 30].map(pulse);
     for widths in pulses(&mut firmware, from) {
         assert_eq!(widths, [pitch, roll, yaw]);
@@ -117,11 +134,86 @@ fn after_a_silence_the_demand_is_approached_and_then_followed() {
 fn led1_goes_out_with_a_dropped_byte_and_comes_back_with_a_frame() {
     let mut firmware = Firmware::booted("default");
     drive(&mut firmware, [1, 2, 3], 100);
+    assert!(firmware.leds()[0], "in an approach");
+    drive(&mut firmware, [1, 2, 3], 1_000);
     assert_eq!(firmware.leds(), [true, false, false]);
     firmware.send_and_wait(b"?", 10 * MILLISECOND);
     assert_eq!(firmware.leds(), [false; 3]);
     firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
     assert_eq!(firmware.leds(), [true, false, false]);
+}
+
+/// The log's text about a sender that is too slow.
+const SLOW: &str = "frames arrive too far apart: fewer than 10 a second (hold_after is 100 ms)";
+
+/// Sends frames, this many milliseconds apart, without running the board.
+fn queue(firmware: &mut Firmware, frames: u64, milliseconds: u64, setpoint: [u8; 3]) {
+    let now = firmware.board.now();
+    firmware.board.line(|line| {
+        for n in 0..frames {
+            let at = now + n * milliseconds * MILLISECOND;
+            for byte in frame(setpoint) {
+                line.send(at, LineSymbol::Byte(byte));
+            }
+        }
+    });
+}
+
+/// Runs the board for two periods of LED3's slowest pattern, which takes 1.05 s. Asserts for how many milliseconds LED3
+/// is lit, how often it goes on, and that the log has this text, and none of the texts about other states.
+fn says(firmware: &mut Firmware, lit: [u64; 2], flashes: u64, text: &str) {
+    firmware.log("default");
+    let (is_lit, has_flashed) = led3(firmware, 2_097);
+    assert!((lit[0]..=lit[1]).contains(&is_lit), "{text}: {is_lit} ms");
+    assert_eq!(has_flashed, flashes, "{text}");
+    let log = firmware.log("default");
+    for state in ["no frames", SLOW, "approach", "live"] {
+        let is_logged = log.iter().any(|line| line.ends_with(state));
+        assert_eq!(is_logged, state == text, "{state}: {log:#?}");
+    }
+}
+
+#[test]
+fn led3_and_the_log_say_why_nothing_moves() {
+    let mut firmware = Firmware::booted("default");
+    says(&mut firmware, [2_097; 2], 0, "no frames");
+
+    queue(&mut firmware, 27, 200, [255, 0, 255]);
+    firmware.run_for(3_100 * MILLISECOND);
+    says(&mut firmware, [515, 535], 4, SLOW);
+    let widths = pulses(&mut firmware, 0);
+    assert!(widths.iter().all(|widths| *widths == [pulse(PARK); 3]));
+
+    // The sender falls silent. A single frame a second later does not count as a slow sender.
+    firmware.run_for(2_000 * MILLISECOND);
+    firmware.send_and_wait(&frame([1, 2, 3]), 0);
+    says(&mut firmware, [2_097; 2], 0, "no frames");
+}
+
+#[test]
+fn led3_blinks_evenly_in_an_approach_and_is_off_when_the_outputs_are_live() {
+    let mut firmware = Firmware::booted("default");
+    queue(&mut firmware, 400, 20, [255, 0, 255]);
+    firmware.run_for(100 * MILLISECOND);
+    let (lit, flashes) = led3(&mut firmware, 786);
+    assert!((380..=406).contains(&lit), "{lit} ms");
+    assert_eq!(flashes, 3);
+    firmware.run_for(1_200 * MILLISECOND);
+    let log = firmware.log("default");
+    assert!(
+        log.iter().any(|line| line.ends_with("approach")),
+        "{log:#?}"
+    );
+    says(&mut firmware, [0, 0], 0, "live");
+}
+
+/// A sender that is just fast enough starts the servos.
+#[test]
+fn twelve_frames_a_second_suffice() {
+    let mut firmware = Firmware::booted("default");
+    queue(&mut firmware, 60, 83, [255, 0, 255]);
+    firmware.run_for(2_500 * MILLISECOND);
+    says(&mut firmware, [0, 0], 0, "live");
 }
 
 #[test]

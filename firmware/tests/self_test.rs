@@ -3,7 +3,7 @@
 
 use nrf52840_emulator::{Assumptions, Board, LogTable, MILLISECOND, ResetCause};
 
-use crate::firmware::{image, image_file};
+use crate::firmware::{NVMC_CONFIG, UICR, image, image_file};
 
 /// The pins that the wire connects: P1.01 and P1.02.
 const WIRE: [u32; 2] = [33, 34];
@@ -224,17 +224,23 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// The self-test starts with a running watchdog, as if it had been flashed over the firmware.
+/// The self-test starts with a running watchdog, as if it had been flashed over the firmware. UICR allows it to open
+/// the debug port.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut board = Board::new(image("self-test")).unwrap();
+    board.set_register(NVMC_CONFIG, 1).unwrap();
+    for (word, value) in UICR {
+        board.set_register(word, value).unwrap();
+    }
+    board.set_register(NVMC_CONFIG, 0).unwrap();
     let (start, reload_value, running) = (0x4001_0000, 0x4001_0504, 0x4001_0400);
     board.set_register(reload_value, 8_192).unwrap();
     board.set_register(start, 1).unwrap();
     board.run_for(400 * MILLISECOND).unwrap();
     assert_eq!(board.register(running).unwrap(), 0);
     let resets: Vec<_> = board.trace().resets.iter().map(|it| it.cause).collect();
-    assert_eq!(resets, [ResetCause::Soft, ResetCause::Watchdog]);
+    assert_eq!(resets, [ResetCause::Watchdog]);
     assert!(board.debug_port_is_open());
     // The state 2 means that the wire is missing.
     assert_eq!(board.word("FINISHED").unwrap(), 2);

@@ -4,8 +4,7 @@ use core::borrow::Borrow;
 
 use framelock::{Classification, DiscardReason, Format};
 
-use crate::checksum::{Computed, Sum};
-use crate::layout::{Algorithm, Layout};
+use crate::layout::Layout;
 
 /// Frames of several layouts on one line, for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
@@ -46,34 +45,6 @@ impl<L> Clone for AnyOf<'_, L> {
 
 impl<L> Copy for AnyOf<'_, L> {}
 
-impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
-    /// Does the same as [`classify_after`](Format::classify_after), but gets checksums from `sum`.
-    ///
-    /// `sum` is called with a slice of `bytes`, and must return the same value as [`Algorithm::of`]. A receiver on a PC
-    /// passes a `sum` that computes the checksums of many overlapping frames together. This is faster than computing
-    /// them one by one.
-    #[inline]
-    #[must_use]
-    pub fn classify_with(
-        &self,
-        bytes: &[u8],
-        seen: usize,
-        sum: impl Fn(&Algorithm, &[u8], Option<u8>) -> u32,
-    ) -> Classification {
-        self.classified(bytes, seen, &sum)
-    }
-
-    #[inline(always)]
-    fn classified(&self, bytes: &[u8], seen: usize, sum: &impl Sum) -> Classification {
-        first(
-            self.0,
-            seen,
-            |it| bytes.first().is_some_and(|&byte| it.borrow().starts(byte)),
-            |it, seen| it.borrow().classify_with(bytes, seen, sum),
-        )
-    }
-}
-
 impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     /// The length of the longest frame is known only at run time, so construct the receiver
     /// [`with_buffer`](framelock::BufferedReceiver::with_buffer), and give the receiver a buffer that holds the longest
@@ -95,7 +66,12 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
 
     #[inline]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.classified(bytes, seen, &Computed)
+        first(
+            self.0,
+            seen,
+            |it| bytes.first().is_some_and(|&byte| it.borrow().starts(byte)),
+            |it, seen| it.borrow().classify_after(bytes, seen),
+        )
     }
 
     #[inline]

@@ -2,49 +2,18 @@
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
-/// Computes checksums, which are then compared with those in frames.
-// This is a trait instead of an `Fn` bound, because a call of `Computed` is always inlined. A call of a closure would
-// not be inlined.
-pub(crate) trait Sum {
-    /// Returns the same value as [`Algorithm::of`].
-    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;
-}
-
-/// Computes each checksum with [`Algorithm::of`].
-pub(crate) struct Computed;
-
-impl Sum for Computed {
-    #[inline(always)]
-    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32 {
-        algorithm.of(bytes, extra)
-    }
-}
-
-impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
-    #[inline]
-    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32 {
-        self(algorithm, bytes, extra)
-    }
-}
-
 impl Checksum<'_> {
     /// Returns true if the checksum in the frame is correct.
     ///
     /// Negative offsets count back from `length`. `extra` is a byte that the checksum covers after the frame's own
-    /// bytes, although it is not sent. `sum` must return the same values as [`Algorithm::of`].
+    /// bytes, although it is not sent.
     #[inline(always)]
-    pub(crate) fn is_right(
-        &self,
-        frame: &[u8],
-        length: usize,
-        extra: Option<u8>,
-        sum: &impl Sum,
-    ) -> bool {
+    pub(crate) fn is_right(&self, frame: &[u8], length: usize, extra: Option<u8>) -> bool {
         let stored = self.place(length).and_then(|place| frame.get(place));
         let (Some(stored), Some(covered)) = (stored, self.covered(frame, length)) else {
             return false;
         };
-        let sum = sum.of(&self.algorithm, covered, extra);
+        let sum = self.algorithm.of(covered, extra);
         let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
         let number = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
         let digits = |number: u32, digit: &u8| {

@@ -9,7 +9,6 @@
 
 use framelock::{Classification, DiscardReason};
 
-use crate::checksum::{Computed, Sum};
 use crate::layout::{
     ByteOrder, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns, Trailer, index,
 };
@@ -38,35 +37,17 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.classify_with(bytes, seen, &Computed)
-    }
-
-    /// Does the same as [`classify_after`](Self::classify_after), but gets checksums from `sum`, which must return the
-    /// same values as [`Algorithm::of`].
-    #[inline(always)]
-    pub(crate) fn classify_with(
-        &self,
-        bytes: &[u8],
-        seen: usize,
-        sum: &impl Sum,
-    ) -> Classification {
-        self.try_classify(bytes, seen, sum)
+        self.try_classify(bytes, seen)
             .unwrap_or_else(|classification| classification)
     }
 
     /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
-    /// returns the classification as an error, for use with `?`. `sum` must return the same values as
-    /// [`Algorithm::of`].
+    /// returns the classification as an error, for use with `?`.
     #[inline(always)]
-    fn try_classify(
-        &self,
-        bytes: &[u8],
-        seen: usize,
-        sum: &impl Sum,
-    ) -> Result<Classification, Classification> {
+    fn try_classify(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
         let header = self.parse(bytes)?;
         Ok(match self.frame_of(&header, bytes, seen) {
-            Ok(frame) => match self.mismatch(&header, frame, sum) {
+            Ok(frame) => match self.mismatch(&header, frame) {
                 Some(why) => Classification::Rejected(why),
                 None => Classification::Frame(frame.len()),
             },
@@ -146,12 +127,10 @@ impl Layout<'_> {
                 if message.is_some_and(|message| number > message.longest_payload.into()) {
                     return Err(DiscardReason::TooLong);
                 }
-                let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
-                let length = plus.wrapping_add(field.plus.into());
-                // A negative length is too short.
-                if length.is_negative() {
-                    return Err(DiscardReason::BadHeader);
-                }
+                let counted = u64::from(number).wrapping_mul(field.factor.into());
+                // The sum of these numbers is less than 2 to the power of 64, so it fails only if it is negative.
+                let length = counted.checked_add_signed(field.plus.into());
+                let length = length.ok_or(DiscardReason::BadHeader)?;
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
             }
         };
@@ -189,7 +168,7 @@ impl Layout<'_> {
 
     /// Returns the reason to reject a complete frame, or `None` if the frame is valid. `frame` includes the trailer.
     #[inline(always)]
-    fn mismatch(&self, header: &Header, frame: &[u8], sum: &impl Sum) -> Option<DiscardReason> {
+    fn mismatch(&self, header: &Header, frame: &[u8]) -> Option<DiscardReason> {
         let end = frame.len().saturating_sub(header.trailer);
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
@@ -200,7 +179,7 @@ impl Layout<'_> {
             return Some(DiscardReason::WrongTerminator);
         }
         match &self.checksum {
-            Some(checksum) if !checksum.is_right(frame, length, header.extra, sum) => {
+            Some(checksum) if !checksum.is_right(frame, length, header.extra) => {
                 Some(DiscardReason::ChecksumMismatch)
             }
             _ => None,

@@ -25,7 +25,8 @@
 //!
 //! The UART also reports errors and pauses. Pass these to the receiver as line events. Then no delivered frame contains
 //! both bytes from before an event and bytes from after it. At an event, the receiver also delivers complete frames
-//! that are still pending after a false start. A [`Line`](framelock::Line) counts every byte.
+//! that are still pending after a false start. A [`Line`](framelock::Line) counts every byte
+//! that it takes.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};

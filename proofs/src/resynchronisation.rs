@@ -1,7 +1,7 @@
 //! Theorem 7: from any state, a receiver delivers each frame that it receives in full, with the frame's last byte. The
 //! only exception is a frame in which another delivered frame ended, between the sync and the terminator (R1). So the
-//! receiver is never deaf: during any whole frame it delivers a frame. At reset, and so after a line event, the very
-//! next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
+//! receiver delivers a frame during any whole frame, but perhaps a false one. At reset, and so after a line event, the
+//! very next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
 //!
 //! No receiver of BIN can promise more. The reason is that the bytes before a frame, together with the frame's first
 //! bytes, may themselves be a frame (N2).

@@ -45,7 +45,7 @@
 //! empty slice, or a line event then decides about these bytes. Each of the three runs a loop that continues from any
 //! state that fits (`poll` is `next` of an empty slice).
 //!
-//! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
+//! **13d: completeness.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
 //! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
 //! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place, it
 //! continues when more bytes follow the frame, or at a line event.

@@ -8,8 +8,8 @@ use super::Setpoint;
 ///
 /// The format has no escaping and no checksum. So the payload may contain any byte, and a changed payload byte goes
 /// unnoticed. If a sender repeats a frame without pause and the frame's payload is `(0D 41 42 x)` or `(x 0D 41 42)`,
-/// the stream is ambiguous. To resolve the ambiguity, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line
-/// pauses.
+/// the stream is ambiguous: after one lost byte, the receiver may deliver wrong setpoints for ever. To resolve the
+/// ambiguity, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses, or use [`BinCrc8`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 

@@ -1,74 +1,237 @@
-//! The failsafe: moves the actuators safely when setpoints stop coming, and when they come again.
+//! The failsafe: bounds the speed of the actuators, and moves them safely when frames stop and when they come again.
 //!
 //! ```text
-//!                      frame                           silence >= hold_after
-//!            ┌───────────────────────── HOLD ◄──────────────────────────────┐
-//!            ▼                            │ silence >= ramp_after           │
-//!  ┌──────────────────┐                   ▼                                 │
-//!  │     APPROACH     │     frame       RAMP ── every axis at park ──► PARKED
-//!  │ bounded rate to  │◄──────────────────┴────────── frame ─────────────┘
-//!  │    the demand    │
-//!  └────────┬─────────┘
-//!           │ every axis at the demand
-//!           ▼
-//!         LIVE: output = demand, frame by frame        (at reset: PARKED)
+//!    silence >= hold_after          silence >= ramp_after          every axis at park
+//!   ┌─────────────────────► HOLD ────────────────────────► RAMP ────────────────────► PARKED   (at reset)
+//!   │                        │                              │                            │
+//!   │                        └──────────────┬───────────────┴────────────────────────────┘
+//!   │                                       │ frames_to_start frames in a row
+//!   │                                       ▼
+//!   ├──────────────────────────────────  APPROACH   slow, for at least approach_for,
+//!   │                                       │       and then until each axis has met its demand
+//!   │                                       ▼
+//!   └──────────────────────────────────   LIVE      fast
 //! ```
 
 use core::fmt::{self, Debug};
-use core::num::NonZeroU32;
+use core::mem;
 
 #[cfg(kani)]
 mod verification;
 
 /// The demand that a frame carries for one axis: a `u8` or `u16` whose range covers the whole travel of the axis. The
 /// trait is sealed.
-pub trait Demand: Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Bits {}
+pub trait Demand:
+    Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Position
+{
+}
 
 impl Demand for u8 {}
 impl Demand for u16 {}
 
 mod sealed {
-    pub trait Bits {
-        const BITS: u32;
+    /// Positions have 32 bits. A demand is the highest bytes of a position.
+    pub trait Position {
+        /// One unit of demand.
+        const UNIT: u32;
+        /// The position of the largest demand.
+        const MOST: u32 = u32::MAX - (Self::UNIT - 1);
+
+        fn position(self) -> u32;
+
+        fn at(position: u32) -> Self;
     }
 
-    impl Bits for u8 {
-        const BITS: u32 = Self::BITS;
+    impl Position for u8 {
+        const UNIT: u32 = 1 << 24;
+
+        fn position(self) -> u32 {
+            u32::from_be_bytes([self, 0, 0, 0])
+        }
+
+        fn at(position: u32) -> Self {
+            let [demand, ..] = position.to_be_bytes();
+            demand
+        }
     }
 
-    impl Bits for u16 {
-        const BITS: u32 = Self::BITS;
+    impl Position for u16 {
+        const UNIT: u32 = 1 << 16;
+
+        fn position(self) -> u32 {
+            let [high, low] = self.to_be_bytes();
+            u32::from_be_bytes([high, low, 0, 0])
+        }
+
+        fn at(position: u32) -> Self {
+            let [high, low, ..] = position.to_be_bytes();
+            Self::from_be_bytes([high, low])
+        }
     }
 }
 
-/// The parameters of a [`Failsafe`]. Times are in ticks of the clock whose time the program passes to the failsafe.
+/// The parameters of a [`Failsafe`]. Times are in ticks of the clock whose time the program passes to
+/// [`poll`](Failsafe::poll).
+///
+/// # Examples
+/// Parameters that contradict each other do not compile if you check them in a constant:
+/// ```
+/// use framelock::motion::FailsafeParameters;
+/// // The clock counts microseconds, and the program polls every 2 ms.
+/// const PARAMETERS: FailsafeParameters<u8, 3> = FailsafeParameters {
+///     hold_after: 200_000,
+///     ..FailsafeParameters::for_clock(1_000_000, 2_000, [128; 3])
+/// };
+/// const _: () = match PARAMETERS.check() {
+///     Ok(()) => (),
+///     Err(error) => panic!("{}", error.message()),
+/// };
+/// assert_eq!(PARAMETERS.most_per_poll(), 6);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FailsafeParameters<D, const AXES: usize> {
-    /// The length of the silence after which the failsafe holds the output. It is at least 1 tick. Choose it longer
-    /// than any pause of the line in normal use.
+    /// The position of each axis when no frames come.
+    pub park: [D; AXES],
+    /// The longest time for which one poll moves an axis. If a poll comes later, the rest of the time moves nothing.
+    /// Choose twice the time between two polls.
+    pub longest_step: u32,
+    /// The length of the silence after which the failsafe holds the output. It is at least `longest_step`. Choose it
+    /// longer than any pause of the line in normal use.
     pub hold_after: u32,
     /// The length of the silence after which the failsafe moves the output to park. It is at least `hold_after`.
     pub ramp_after: u32,
-    /// The position of each axis when no frames come.
-    pub park: [D; AXES],
-    /// The time in ticks that each axis takes to move by one unit of demand. This time bounds the axis's speed. For
-    /// demands of 16 bits use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
-    pub ticks_per_unit: [NonZeroU32; AXES],
+    /// The number of frames in a row that end a silence, at least 2, so a single frame moves nothing. They are in a
+    /// row if no silence of `hold_after` is between them. Frames between the same two polls count as one.
+    pub frames_to_start: u8,
+    /// The shortest time of an approach, at least 1 tick. Late polls make the approach longer.
+    pub approach_for: u32,
+    /// The time that an axis takes for its whole travel in an approach, and on its way to park. It is at least
+    /// `live_travel`.
+    pub approach_travel: u32,
+    /// The time that an axis takes for its whole travel when it is live. It is at least four times `longest_step`, so
+    /// no poll moves an axis by more than a quarter of its travel.
+    pub live_travel: u32,
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the longest possible time in ticks from the last frame until every axis is at park.
+    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart: hold
+    /// after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the
+    /// whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
+    /// `live_travel`.
+    #[must_use]
+    pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
+        Self {
+            park,
+            longest_step: poll_every.saturating_mul(2),
+            hold_after: ticks_per_second / 10,
+            ramp_after: ticks_per_second / 2,
+            frames_to_start: 3,
+            approach_for: ticks_per_second,
+            approach_travel: ticks_per_second,
+            live_travel: ticks_per_second / 5,
+        }
+    }
+
+    /// Checks that the parameters do not contradict each other.
+    ///
+    /// # Errors
+    /// Returns the first contradiction.
+    pub const fn check(&self) -> Result<(), FailsafeError> {
+        Err(if self.longest_step == 0 {
+            FailsafeError::NoStep
+        } else if self.hold_after < self.longest_step {
+            FailsafeError::HoldWithinStep
+        } else if self.ramp_after < self.hold_after {
+            FailsafeError::RampBeforeHold
+        } else if self.frames_to_start < 2 {
+            FailsafeError::SingleFrame
+        } else if self.approach_for == 0 {
+            FailsafeError::NoApproach
+        } else if self.live_travel / 4 < self.longest_step {
+            FailsafeError::LiveTooFast
+        } else if self.approach_travel < self.live_travel {
+            FailsafeError::ApproachFasterThanLive
+        } else if self.approach_travel > u32::MAX / 2 {
+            FailsafeError::ApproachTooSlow
+        } else {
+            return Ok(());
+        })
+    }
+
+    /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
+    #[must_use]
+    pub const fn most_per_poll(&self) -> u32 {
+        // The proof of the bound does not know which division gives more, so it takes the larger speed.
+        let [slow, fast] = [
+            self.slow().units_per_poll::<D>(),
+            self.fast().units_per_poll::<D>(),
+        ];
+        if slow > fast { slow } else { fast }
+    }
+
+    /// Returns the longest time in ticks from the poll that takes the last frame until every axis is at park, if no two
+    /// polls are more than `longest_step` apart. The first poll after this time finds every axis at park.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
-        let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
-        let axes = self.park.into_iter().zip(self.ticks_per_unit);
-        let ticks = axes.map(|(park, rate)| {
-            let park = park.into();
-            u64::from(rate.get()).saturating_mul(park.max(most.abs_diff(park)).into())
+        let ways = self.park.into_iter().map(|park| {
+            let park = park.position();
+            park.max(D::MOST.saturating_sub(park))
         });
-        let longest = ticks.max().unwrap_or(0);
-        longest.saturating_add(self.ramp_after.into())
+        let longest = ways.max().unwrap_or(0);
+        let ticks = longest.div_ceil(self.slow().per_tick.max(1));
+        u64::from(ticks).saturating_add(self.ramp_after.into())
+    }
+
+    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, in any motion,
+    /// if frames keep coming and no two polls are more than `longest_step` apart. The first poll after this time finds
+    /// every axis live.
+    #[must_use]
+    pub const fn live_after(&self) -> u64 {
+        let per_tick = self.slow().per_tick;
+        let ticks = D::MOST.div_ceil(if per_tick == 0 { 1 } else { per_tick });
+        (self.approach_for as u64).saturating_add(ticks as u64)
+    }
+
+    /// Returns the speed in an approach, and on the way to park.
+    const fn slow(&self) -> Speed {
+        Speed::new::<D>(self.approach_travel, self.longest_step)
+    }
+
+    /// Returns the speed of a live axis.
+    const fn fast(&self) -> Speed {
+        Speed::new::<D>(self.live_travel, self.longest_step)
+    }
+}
+
+/// The speed of an axis, as the longest ways that the axis moves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Speed {
+    per_tick: u32,
+    per_poll: u32,
+}
+
+impl Speed {
+    /// Returns the speed of an axis that takes this time for its whole travel.
+    const fn new<D: Demand>(travel: u32, longest_step: u32) -> Self {
+        let per_tick = match D::MOST.checked_div(travel) {
+            Some(way) => way,
+            None => u32::MAX,
+        };
+        Self {
+            per_tick,
+            per_poll: per_tick.saturating_mul(longest_step),
+        }
+    }
+
+    /// Returns the largest difference between two consecutive outputs.
+    const fn units_per_poll<D: Demand>(self) -> u32 {
+        self.per_poll.div_ceil(D::UNIT)
+    }
+
+    /// Returns the longest way that an axis moves in a poll after this time.
+    fn way(self, elapsed: u32) -> u32 {
+        self.per_tick.saturating_mul(elapsed).min(self.per_poll)
     }
 }
 
@@ -77,18 +240,44 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FailsafeError {
-    /// `hold_after` is 0, so the failsafe would engage between any two frames.
-    HoldAtOnce,
+    /// `longest_step` is 0, so no poll would move an axis.
+    NoStep,
+    /// `hold_after` is less than `longest_step`, so the failsafe would hold between two polls.
+    HoldWithinStep,
     /// `ramp_after` is less than `hold_after`.
     RampBeforeHold,
+    /// `frames_to_start` is 0 or 1, so a single false frame would move a parked axis.
+    SingleFrame,
+    /// `approach_for` is 0.
+    NoApproach,
+    /// `live_travel` is less than four times `longest_step`, so one poll would move an axis too far.
+    LiveTooFast,
+    /// `approach_travel` is less than `live_travel`.
+    ApproachFasterThanLive,
+    /// `approach_travel` is more than half the clock's range.
+    ApproachTooSlow,
+}
+
+impl FailsafeError {
+    /// Returns the error in words.
+    #[must_use]
+    pub const fn message(self) -> &'static str {
+        match self {
+            Self::NoStep => "longest_step is 0 ticks; it must be at least 1",
+            Self::HoldWithinStep => "hold_after is less than longest_step",
+            Self::RampBeforeHold => "ramp_after is less than hold_after",
+            Self::SingleFrame => "frames_to_start is less than 2",
+            Self::NoApproach => "approach_for is 0 ticks; it must be at least 1",
+            Self::LiveTooFast => "live_travel is less than four times longest_step",
+            Self::ApproachFasterThanLive => "approach_travel is less than live_travel",
+            Self::ApproachTooSlow => "approach_travel is more than half the clock's range",
+        }
+    }
 }
 
 impl fmt::Display for FailsafeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::HoldAtOnce => "hold_after is 0 ticks; it must be at least 1",
-            Self::RampBeforeHold => "ramp_after is less than hold_after",
-        })
+        f.write_str(self.message())
     }
 }
 
@@ -100,13 +289,13 @@ impl core::error::Error for FailsafeError {}
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Phase {
-    /// The output is the last frame's demands.
+    /// The output follows the last frame's demands, at most as fast as `live_travel` says.
     Live,
-    /// Frames come again: the output moves to the demands at the bounded rate.
+    /// Frames come again: at least one axis still moves to its demand slowly.
     Approach,
     /// Silence: the output stays where it is.
     Hold,
-    /// Longer silence: the output moves to park at the bounded rate.
+    /// Longer silence: the output moves to park slowly.
     Ramp,
     /// Every axis is at park.
     Parked,
@@ -138,60 +327,87 @@ pub struct Output<D, const AXES: usize> {
 /// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The
 /// program passes in the time, as a counter that may wrap.
 ///
-/// Call [`frame`](Self::frame) for each frame, and [`poll`](Self::poll) to get the output. Pass the current time to
-/// both. The time between two calls must be shorter than the counter's period. If the time goes backwards, the failsafe
-/// assumes a long silence and moves the output to park, which is safe.
+/// Call [`frame`](Self::frame) for each frame. Call [`poll`](Self::poll) at regular times, and set the actuators to its
+/// output. Only `poll` moves the output.
 ///
-/// Outside [`Phase::Live`] an axis moves at most one unit per `ticks_per_unit` ticks. This bounds the return from park,
-/// too, so after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]
-/// the output is the demand itself. Smoothing the demands is the sender's task.
+/// Whatever bytes come, whatever the clock does, and whenever `poll` is called, two consecutive outputs of an axis
+/// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, in every phase, and by no more than
+/// the axis moves in the time that has passed (theorem 10). No parameters allow more than a quarter of the travel. If
+/// time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames
+/// starts a slow approach. An approach lasts at least `approach_for`. It ends within
+/// [`live_after`](FailsafeParameters::live_after), however the demands move.
+///
+/// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
+///
+/// `frame` and `poll` write the same memory, so neither may interrupt the other. If an interrupt receives frames and a
+/// task of another priority polls, pass the demands through a shared cell that the task empties, and call both
+/// functions from the task, or call each of them in a critical section.
 ///
 /// # Examples
 /// ```
-/// use core::num::NonZeroU32;
 /// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
-/// // The clock ticks every millisecond. After 100 ms of silence hold the output. After 500 ms of silence move to the
-/// // middle, at 100 units per second.
-/// let rate = NonZeroU32::new(10).unwrap();
-/// let parameters = FailsafeParameters {
-///     hold_after: 100, ramp_after: 500, park: [128_u8; 3], ticks_per_unit: [rate; 3],
-/// };
+/// // The clock ticks every millisecond, and the program polls every 20 ms.
+/// let parameters = FailsafeParameters::for_clock(1_000, 20, [128_u8; 3]);
 /// let mut failsafe = Failsafe::new(parameters, 0)?;
-/// assert_eq!(failsafe.poll(5).phase, Phase::Parked);
-///
-/// failsafe.frame(10, Setpoint { pitch: 130, roll: 128, yaw: 128 });
-/// assert_eq!(failsafe.poll(25).phase, Phase::Approach);
-/// assert_eq!(Setpoint::from(failsafe.poll(25).axes).pitch, 129);
-/// assert_eq!(failsafe.poll(30).phase, Phase::Live);
-/// assert_eq!(failsafe.poll(110).phase, Phase::Hold);
-/// assert_eq!(failsafe.poll(510).phase, Phase::Ramp);
-/// assert_eq!(failsafe.poll(530).phase, Phase::Parked);
+/// let mut phases = vec![];
+/// for now in (20..=4000).step_by(20) {
+///     if now < 3000 {
+///         failsafe.frame(Setpoint { pitch: 255, roll: 128, yaw: 128 });
+///     }
+///     let output = failsafe.poll(now);
+///     if phases.last() != Some(&output.phase) {
+///         phases.push(output.phase);
+///     }
+/// }
+/// assert_eq!(
+///     phases,
+///     [Phase::Parked, Phase::Approach, Phase::Live, Phase::Hold, Phase::Ramp, Phase::Parked]
+/// );
 /// # Ok::<(), framelock::motion::FailsafeError>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Failsafe<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
-    /// The time of the last call.
+    /// The speed in an approach, and on the way to park.
+    slow: Speed,
+    /// The speed of a live axis.
+    fast: Speed,
+    /// The time of the last poll.
     now: u32,
     /// Ticks since the last frame. Saturates at the largest number.
+    quiet: u32,
+    /// Ticks since the last frame that moved the output. Saturates at the largest number.
     silence: u32,
+    /// The number of frames since the last silence. Saturates at the largest number.
+    in_row: u8,
+    /// Ticks since the poll that started the approach. A late poll counts as `longest_step`. Saturates at the largest
+    /// number.
+    approached: u32,
+    /// Whether a frame has come since the last poll.
+    has_frame: bool,
+    /// Whether a poll has taken a frame.
+    had_frame: bool,
     demands: [D; AXES],
-    axes: [Axis<D>; AXES],
+    axes: [Axis; AXES],
+    clock_faults: u32,
+    late_polls: u32,
+    slow_frames: u32,
 }
 
-/// One axis that moves at a bounded rate.
+/// One axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Axis<D> {
-    position: D,
-    /// The ticks since the axis last moved by a unit, always fewer than the axis takes for one unit.
-    since_unit: u32,
+struct Axis {
+    position: u32,
+    is_live: bool,
+    /// Whether the last target was above the axis.
+    rises: bool,
 }
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     /// Creates a failsafe whose output is at park and that has received no frame. `now` is the current time.
     ///
     /// # Errors
-    /// Returns an error if the parameters contradict each other: see [`FailsafeError`].
+    /// Returns an error if the parameters contradict each other: see [`FailsafeParameters::check`].
     pub fn new(parameters: FailsafeParameters<D, AXES>, now: u32) -> Result<Self, FailsafeError> {
         Self::resumed(parameters, now, parameters.park)
     }
@@ -206,117 +422,160 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         now: u32,
         output: impl Into<[D; AXES]>,
     ) -> Result<Self, FailsafeError> {
-        if parameters.hold_after == 0 {
-            return Err(FailsafeError::HoldAtOnce);
-        }
-        if parameters.ramp_after < parameters.hold_after {
-            return Err(FailsafeError::RampBeforeHold);
-        }
+        parameters.check()?;
         Ok(Self {
             parameters,
+            slow: parameters.slow(),
+            fast: parameters.fast(),
             now,
+            quiet: u32::MAX,
             silence: u32::MAX,
+            in_row: 0,
+            approached: 0,
+            has_frame: false,
+            had_frame: false,
             demands: parameters.park,
-            axes: output.into().map(Axis::at),
+            axes: output.into().map(|output| Axis {
+                position: output.position(),
+                is_live: false,
+                rises: false,
+            }),
+            clock_faults: 0,
+            late_polls: 0,
+            slow_frames: 0,
         })
     }
 
-    /// Takes the demands of a frame that was delivered at the time `now`.
-    pub fn frame(&mut self, now: u32, demands: impl Into<[D; AXES]>) {
-        let live = self.poll(now).phase == Phase::Live;
-        self.silence = 0;
+    /// Takes the demands of a frame. The next poll is the time of the frame.
+    pub fn frame(&mut self, demands: impl Into<[D; AXES]>) {
         self.demands = demands.into();
-        if live {
-            self.axes = self.demands.map(Axis::at);
-        }
+        self.has_frame = true;
     }
 
-    /// Returns the output at the time `now`. The output at a given time does not depend on how often this function is
-    /// called. Performs at most two long divisions per axis, with one step per bit of the demand.
+    /// Returns the output at the time `now`.
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
-        let parameters = self.parameters;
-        let (hold_after, ramp_after) = (parameters.hold_after, parameters.ramp_after);
-        let elapsed = now.wrapping_sub(self.now);
-        let before = self.silence;
+        let elapsed = self.pass(now);
+        let ways = [self.slow, self.fast].map(|speed| speed.way(elapsed));
+        self.step(ways)
+    }
+
+    /// Returns how often the time went backwards: how many polls got a time that is more than half the counter's range
+    /// after the last poll's. Such a poll counts as no time: nothing moves, and a silence does not become longer. So
+    /// poll more often than half the counter's range.
+    #[must_use]
+    pub fn clock_faults(&self) -> u32 {
+        self.clock_faults
+    }
+
+    /// Returns how many polls were more than `longest_step` after the poll before. Then axes move more slowly than the
+    /// parameters say.
+    #[must_use]
+    pub fn late_polls(&self) -> u32 {
+        self.late_polls
+    }
+
+    /// Returns how many frames came `hold_after` or more after the frame before. The first frame does not count.
+    ///
+    /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
+    /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
+    /// number does not change, no frames arrive, or too few for a row.
+    #[must_use]
+    pub fn slow_frames(&self) -> u32 {
+        self.slow_frames
+    }
+
+    /// Counts the time and the frame since the last poll. Returns the time.
+    fn pass(&mut self, now: u32) -> u32 {
+        let parameters = &self.parameters;
+        let mut elapsed = now.wrapping_sub(self.now);
         self.now = now;
-        self.silence = before.saturating_add(elapsed);
-
-        let held_for = hold_after.saturating_sub(before);
-        self.approach(self.demands, elapsed.min(held_for));
-        // The ticks of `elapsed` that come after `ramp_after`.
-        let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
-        self.approach(parameters.park, to_park);
-        let axes = self.axes.map(|axis| axis.position);
-        let phase = match self.silence {
-            silence if silence < hold_after && axes == self.demands => Phase::Live,
-            silence if silence < hold_after => Phase::Approach,
-            silence if silence < ramp_after => Phase::Hold,
-            _ if axes == parameters.park => Phase::Parked,
-            _ => Phase::Ramp,
-        };
-        Output { axes, phase }
-    }
-
-    fn approach(&mut self, targets: [D; AXES], ticks: u32) {
-        let ways = targets.into_iter().zip(self.parameters.ticks_per_unit);
-        for (axis, (target, ticks_per_unit)) in self.axes.iter_mut().zip(ways) {
-            axis.approach(target, ticks, ticks_per_unit);
+        if elapsed > u32::MAX / 2 {
+            elapsed = 0;
+            self.clock_faults = self.clock_faults.wrapping_add(1);
         }
-    }
-}
-
-impl<D: Demand> Axis<D> {
-    /// Creates an axis at this position.
-    fn at(position: D) -> Self {
-        Self {
-            position,
-            since_unit: 0,
+        if elapsed > parameters.longest_step {
+            self.late_polls = self.late_polls.wrapping_add(1);
         }
-    }
-
-    /// Moves for `ticks` ticks, one unit per `ticks_per_unit` ticks. Stops at the target.
-    fn approach(&mut self, target: D, ticks: u32, ticks_per_unit: NonZeroU32) {
-        if ticks == 0 {
-            return;
-        }
-        let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
-        // Long division. The quotient is at most the largest demand, so the division needs one step per bit of a
-        // demand. Usually the quotient is zero.
-        let mut units = 0;
-        if left >= u64::from(ticks_per_unit.get()) {
-            for bit in (0..D::BITS).rev() {
-                (units, left) = division_step(units, left, ticks_per_unit, bit);
+        self.quiet = self.quiet.saturating_add(elapsed);
+        self.silence = self.silence.saturating_add(elapsed);
+        if self.quiet >= parameters.hold_after {
+            self.in_row = 0;
+            self.approached = 0;
+            for axis in &mut self.axes {
+                axis.is_live = false;
             }
         }
-        self.advance(target, units, left);
+        if self.in_row >= parameters.frames_to_start {
+            let ticks = elapsed.min(parameters.longest_step);
+            self.approached = self.approached.saturating_add(ticks);
+        }
+        if mem::take(&mut self.has_frame) {
+            if self.had_frame && self.quiet >= parameters.hold_after {
+                self.slow_frames = self.slow_frames.wrapping_add(1);
+            }
+            self.had_frame = true;
+            self.quiet = 0;
+            self.in_row = self.in_row.saturating_add(1);
+        }
+        if self.in_row >= parameters.frames_to_start {
+            self.silence = self.quiet;
+        }
+        elapsed
     }
 
-    /// Moves by `units`, and keeps the `left` ticks for the next unit. Stops at the target.
-    fn advance(&mut self, target: D, units: u16, left: u64) {
-        let (position, goal): (u16, u16) = (self.position.into(), target.into());
-        if units >= position.abs_diff(goal) {
-            *self = Self::at(target);
-            return;
+    /// Moves each axis at most by the first way, or by the second one if the axis is live. Returns the output.
+    fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
+        let FailsafeParameters {
+            park,
+            ramp_after,
+            frames_to_start,
+            approach_for,
+            ..
+        } = self.parameters;
+        let follows = self.in_row >= frames_to_start;
+        let holds = self.silence < ramp_after;
+        let may_go_live = self.approached >= approach_for;
+        let (mut are_live, mut are_parked) = (true, true);
+        let targets = self.demands.into_iter().zip(park);
+        for (axis, (demand, park)) in self.axes.iter_mut().zip(targets) {
+            let park = park.position();
+            let target = if follows {
+                demand.position()
+            } else if holds {
+                axis.position
+            } else {
+                park
+            };
+            axis.step(target, ways, may_go_live);
+            are_live &= axis.is_live;
+            are_parked &= axis.position == park;
         }
-        let moved = if goal > position {
-            position.saturating_add(units)
-        } else {
-            position.saturating_sub(units)
+        let phase = match (follows, holds) {
+            (true, _) if are_live => Phase::Live,
+            (true, _) => Phase::Approach,
+            (false, true) => Phase::Hold,
+            (false, false) if are_parked => Phase::Parked,
+            (false, false) => Phase::Ramp,
         };
-        // `moved` lies between two valid demands, so it fits the demand's type.
-        self.position = moved.try_into().unwrap_or(target);
-        // At this point `left` is less than the time that the axis takes for a unit. Otherwise the axis would have
-        // reached the target.
-        self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
+        let axes = self.axes.map(|axis| D::at(axis.position));
+        Output { axes, phase }
     }
 }
 
-/// Performs one step of the long division. If the remaining ticks suffice for `1 << bit` units, counts these units and
-/// subtracts their ticks.
-fn division_step(units: u16, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u16, u64) {
-    let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);
-    match left.checked_sub(taken) {
-        Some(left) => (units | 1_u16.wrapping_shl(bit), left),
-        None => (units, left),
+impl Axis {
+    /// Moves the axis towards the target, at most by the first way, or by the second one if it is live. If it may go
+    /// live, it does so when it meets its target, or when the target has passed it.
+    fn step(&mut self, target: u32, [slow, fast]: [u32; 2], may_go_live: bool) {
+        let way = target.abs_diff(self.position);
+        let rises = target > self.position;
+        let has_met = way <= slow || rises != self.rises;
+        self.rises = rises;
+        self.is_live |= may_go_live && has_met;
+        let way = way.min(if self.is_live { fast } else { slow });
+        self.position = if rises {
+            self.position.saturating_add(way)
+        } else {
+            self.position.saturating_sub(way)
+        };
     }
 }

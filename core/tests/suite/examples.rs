@@ -1,6 +1,10 @@
-//! Tests that each example prints the lines that are written at its end.
+//! Tests that each example prints the lines that are written at its end, and that the handler of each example is right
+//! after one pause.
 
 use std::cell::RefCell;
+
+use framelock::motion::{Bin, Setpoint};
+use framelock::{Line, LineEvent, Receiver};
 
 thread_local! {
     static PRINTED: RefCell<String> = const { RefCell::new(String::new()) };
@@ -36,7 +40,217 @@ examples! {
     push_in_a_loop "../../examples/push_in_a_loop.rs";
     line_events_and_counters "../../examples/line_events_and_counters.rs";
     failsafe "../../examples/failsafe.rs";
+    mailbox "../../examples/mailbox.rs";
     own_format "../../examples/own_format.rs";
     #[cfg(feature = "embedded-io-v0.7")]
     embedded_io "../../examples/embedded_io.rs";
+}
+
+/// The parts of the firmware's examples that touch no registers.
+#[path = "../../../firmware/examples/embassy/src/handler.rs"]
+mod embassy;
+#[path = "../../../firmware/examples/rp2040/src/handler.rs"]
+mod rp2040;
+#[path = "../../../firmware/examples/rtic/src/handler.rs"]
+mod rtic;
+
+/// A frame that contains the end of a frame and the beginning of another one. If its first byte is lost, a receiver
+/// finds a frame at the wrong place in each pair of frames, until a pause.
+const AMBIGUOUS: &[u8] = b"AB\0\rAB\r";
+const RIGHT: [u8; 3] = *b"\rAB";
+const WRONG: [u8; 3] = *b"AB\0";
+
+/// The number of repeated frames in a stream.
+const REPEATED: usize = 1_000;
+
+/// Tests that a handler, which has received nothing yet, is wrong until the first pause, and then right. `receive`
+/// gives bytes and line events to the handler, and returns the setpoints.
+fn is_right_after_one_pause(mut receive: impl FnMut(Result<&[u8], LineEvent>) -> Vec<Setpoint>) {
+    let stream = AMBIGUOUS.repeat(REPEATED);
+    // The receiver cannot know better, so these frames show that the pause is needed.
+    let before = receive(Ok(&stream[1..]));
+    assert_eq!(before, [Setpoint::from(WRONG); REPEATED - 1]);
+    for lost in 0..AMBIGUOUS.len() {
+        assert!(receive(Err(LineEvent::Idle)).is_empty());
+        let after = receive(Ok(&stream));
+        assert_eq!(after, [Setpoint::from(RIGHT); REPEATED]);
+        let mut faulty = AMBIGUOUS.repeat(10);
+        faulty.remove(lost);
+        receive(Ok(&faulty));
+    }
+    assert!(receive(Err(LineEvent::Idle)).is_empty());
+    // An error ends a frame, too. The handler may drop some bytes after it.
+    for dropped in 0..10 {
+        assert!(receive(Ok(b"AB\0\rA")).is_empty());
+        receive(Err(LineEvent::Framing));
+        let rest = [&b".........."[..dropped], b"B\r"].concat();
+        assert!(receive(Ok(&rest)).is_empty());
+        receive(Err(LineEvent::Idle));
+    }
+    assert_eq!(receive(Ok(AMBIGUOUS)), [Setpoint::from(RIGHT)]);
+}
+
+#[test]
+fn the_interrupt_handler_is_right_after_one_pause() {
+    let (mut line, mut heard, mut now) = (Line::new(Receiver::<Bin>::new()), 0, 0_u32);
+    is_right_after_one_pause(|found| {
+        let mut interrupt = |found| {
+            now = now.wrapping_add(87);
+            line_events_and_counters::interrupt(&mut line, &mut heard, now, found)
+        };
+        match found {
+            Ok(bytes) => bytes
+                .iter()
+                .filter_map(|&byte| interrupt(Ok(byte)))
+                .collect(),
+            Err(LineEvent::Idle) => {
+                now = now.wrapping_add(5_000);
+                vec![]
+            }
+            Err(error) => interrupt(Err(error)).into_iter().collect(),
+        }
+    });
+}
+
+#[test]
+fn the_loop_is_right_after_one_pause() {
+    let (mut reception, mut now) = (push_in_a_loop::Reception::new(), 0_u32);
+    is_right_after_one_pause(|found| {
+        if let Ok(bytes) = found {
+            // Each byte takes a fraction of a millisecond.
+            let setpoints = bytes
+                .iter()
+                .filter_map(|&byte| reception.iterate(now, Some(byte)));
+            return setpoints.collect();
+        }
+        // The loop's port reports no errors, but pauses.
+        let silence = (0..=5).filter_map(|_| {
+            now = now.wrapping_add(1);
+            reception.iterate(now, None)
+        });
+        silence.collect()
+    });
+}
+
+#[test]
+#[cfg(feature = "embedded-io-v0.7")]
+fn the_reader_is_right_after_one_pause() {
+    use ::embedded_io::ErrorKind;
+    use framelock::Reader;
+
+    use self::embedded_io::{Serial, next};
+
+    let stream: &[u8] = AMBIGUOUS.repeat(REPEATED).leak();
+    // In reverse order. A driver returns at most as many bytes as the reader's buffer holds.
+    let mut reads: Vec<_> = stream.chunks(16).rev().map(Ok).collect();
+    reads.push(Err(ErrorKind::TimedOut));
+    reads.extend(stream[1..].chunks(16).rev().map(Ok));
+    let mut reader = Reader::new(Serial(reads), Receiver::new());
+    let mut events = vec![];
+    let mut setpoints = vec![];
+    while let Some(setpoint) = next(&mut reader, |event| events.push(event)) {
+        setpoints.push(setpoint);
+    }
+    let (wrong, right) = setpoints.split_at(REPEATED - 1);
+    assert_eq!(wrong, [Setpoint::from(WRONG); REPEATED - 1]);
+    assert_eq!(right, [Setpoint::from(RIGHT); REPEATED]);
+    assert_eq!(events, [LineEvent::Idle]);
+}
+
+#[test]
+fn embassys_handler_is_right_after_one_pause() {
+    let (mut reception, mut errors) = (embassy::Reception::new(7), 7_u32);
+    is_right_after_one_pause(|found| {
+        let mut setpoints = vec![];
+        match found {
+            Ok(bytes) => bytes.chunks(64).for_each(|bytes| {
+                reception.take(Some(bytes), errors, |setpoint| setpoints.push(setpoint));
+            }),
+            // The first read reports the pause. The second one finds that no byte is in doubt.
+            Err(LineEvent::Idle) => (0..2).for_each(|_| {
+                reception.take(None, errors, |setpoint| setpoints.push(setpoint));
+            }),
+            Err(_) => errors += 1,
+        }
+        setpoints
+    });
+}
+
+/// The driver loses bytes, and the example restarts the driver.
+#[test]
+fn embassys_handler_is_right_after_an_overrun() {
+    let mut reception = embassy::Reception::new(0);
+    let none = |_| panic!("a frame from before and after an overrun");
+    assert_eq!(reception.take(Some(b"AB\0\rA"), 0, none), None);
+    reception.restart(1);
+    assert_eq!(reception.take(Some(b"B\r"), 1, none), None);
+    let mut setpoints = vec![];
+    reception.take(Some(AMBIGUOUS), 1, |setpoint| setpoints.push(setpoint));
+    assert_eq!(setpoints, [Setpoint::from(RIGHT)]);
+}
+
+#[test]
+fn rtics_handler_is_right_after_one_pause() {
+    let (mut reception, mut now) = (rtic::Reception::new(), 0_u32);
+    is_right_after_one_pause(|found| match found {
+        // Each byte takes a fraction of a millisecond.
+        Ok(bytes) => {
+            let setpoints = bytes
+                .iter()
+                .filter_map(|&byte| reception.interrupt(now, None, Some(byte)));
+            setpoints.collect()
+        }
+        Err(LineEvent::Idle) => {
+            now = now.wrapping_add(5);
+            vec![]
+        }
+        Err(error) => reception
+            .interrupt(now, Some(error), None)
+            .into_iter()
+            .collect(),
+    });
+}
+
+#[test]
+fn the_rp2040s_handler_is_right_after_one_pause() {
+    let mut line = Line::new(Receiver::new());
+    is_right_after_one_pause(|found| {
+        let mut setpoints = vec![];
+        rp2040::take(&mut line, found, |setpoint| setpoints.push(setpoint));
+        setpoints
+    });
+}
+
+/// The sum of a text's bytes.
+fn sum(text: &[u8]) -> u8 {
+    text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
+}
+
+#[test]
+fn the_receiver_of_texts_is_right_after_one_pause() {
+    // The text contains the sum of the wrong frame, `!`, and the beginning of the wrong frame.
+    let mut frame = b"\xAA\x08ab!\xAA\x08cdD".to_vec();
+    frame.push(sum(&frame[2..]));
+    let wrong = [&frame[7..], &frame[..4]].concat();
+    assert_eq!(sum(&wrong), b'!');
+    let mut receiver = own_format::TextReceiver::new(own_format::Text);
+    let mut receive = |found: Result<&[u8], LineEvent>| {
+        let mut texts = vec![];
+        let mut take =
+            |found| own_format::take(&mut receiver, found, |text| texts.push(text.to_vec()));
+        match found {
+            Ok(bytes) => bytes.iter().for_each(|byte| take(Ok(*byte))),
+            Err(event) => take(Err(event)),
+        }
+        texts
+    };
+    let stream = frame.repeat(REPEATED);
+    assert_eq!(receive(Ok(&stream[1..])), vec![wrong; REPEATED - 1]);
+    for lost in 0..frame.len() {
+        assert!(receive(Err(LineEvent::Idle)).is_empty());
+        assert_eq!(receive(Ok(&stream)), vec![frame[2..10].to_vec(); REPEATED]);
+        let mut faulty = frame.repeat(10);
+        faulty.remove(lost);
+        receive(Ok(&faulty));
+    }
 }

@@ -27,5 +27,5 @@ fn state_is_as_small_as_the_table_says() {
         size_of::<BufferedReceiver<Bin, [u8; 64]>>(),
         64 + 3 * size_of::<usize>()
     );
-    assert_eq!(size_of::<Failsafe<u8, 3>>(), 60);
+    assert_eq!(size_of::<Failsafe<u8, 3>>(), 104);
 }

@@ -5,8 +5,9 @@
 //! started when the UARTE is switched on. No other code starts a transfer, so no byte is overwritten before it is read.
 //! Bytes that arrive between two transfers wait in the UARTE's FIFO.
 //!
-//! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte
-//! *waits* if it is in the FIFO. A gap is a silence that ends a frame.
+//! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte *waits* if
+//! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX to the round that reads the
+//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round.
 //!
 //! ```text
 //!            ┌───────────┐    line error: report it    ┌──────────┐

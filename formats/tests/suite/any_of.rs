@@ -3,8 +3,7 @@
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::{
-    Algorithm, Checksum, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages,
-    Number, Patterns,
+    Checksum, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages, Number, Patterns,
 };
 
 use crate::built;
@@ -94,26 +93,5 @@ fn a_layout_that_rejected_what_was_seen_rejects_it_again() {
     for seen in 0..3 {
         let says = any_of.classify_after(b"$a\n", seen);
         assert_eq!(says, Classification::Incomplete { at_least: 4 });
-    }
-}
-
-/// `classify_with` calls the given function with the bytes that the checksum covers, and compares its result.
-#[test]
-fn classify_with_compares_the_checksum_that_it_is_given() {
-    let layout = Layout::builder().sync(Patterns::one(b"$")).longest(3);
-    let layouts = [built(&layout.checksum(Checksum::at_the_end(1).from(1)))];
-    let says = |given| {
-        AnyOf(&layouts).classify_with(b"$\x05\x07", 0, |algorithm, covered, extra| {
-            assert_eq!(
-                (*algorithm, covered, extra),
-                (Algorithm::Sum, &[5][..], None)
-            );
-            given
-        })
-    };
-    assert_eq!(says(7), Classification::Frame(3));
-    for other in [0, 1, 5] {
-        let why = DiscardReason::ChecksumMismatch;
-        assert_eq!(says(other), Classification::Rejected(why));
     }
 }

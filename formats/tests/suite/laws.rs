@@ -257,6 +257,16 @@ fn what_a_layout_says_at_its_limits() {
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
+        // A length of 2 to the power of 63 bytes or more is too long, too.
+        (
+            counted(
+                LengthField::new(Number::new(1, 4, ByteOrder::Big))
+                    .factor(u32::MAX)
+                    .plus(5),
+            ),
+            &[0x24, 0xFF, 0xFF, 0xFF, 0xFF],
+            Classification::Rejected(DiscardReason::TooLong),
+        ),
         // There are as many bytes as in the longest frame, but no terminator.
         (
             layout

@@ -1,6 +1,4 @@
-//! Target `failsafe`: schedules of frames and time, including the wrap of the clock.
-
-use std::num::NonZeroU32;
+//! Target `failsafe`: schedules of frames and time, including a clock that wraps or goes backwards.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
@@ -21,35 +19,68 @@ pub struct Schedule {
 /// One event of a schedule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ScheduleStep {
-    /// This number of ticks passes, and then the output is read.
+    /// The clock moves on by this number of ticks, and then the output is read. If the number is more than half the
+    /// clock's range, the time goes backwards.
     Wait(u32),
     /// A frame with these demands arrives.
     Frame([u8; 3]),
 }
 
+/// The phases and counters of a failsafe with three axes.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct FailsafeRun {
+    /// The phase after each step.
+    pub phases: Vec<Phase>,
+    /// The failsafe's counter at the end.
+    pub clock_faults: u32,
+    /// The failsafe's counter at the end.
+    pub late_polls: u32,
+    /// The failsafe's counter at the end.
+    pub slow_frames: u32,
+}
+
 impl<'a> Arbitrary<'a> for Schedule {
-    /// The first byte contains a bit for each of four times: until the hold, until the ramp, per unit of pitch, and per
-    /// unit of roll and yaw. If the bit is set, the time has four bytes, otherwise one byte. The times follow the first
-    /// byte. After the times come park, the clock and the steps.
+    /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
+    /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, each time is added
+    /// to its least value, so that the parameters do not contradict each other. After the times come the number of
+    /// frames, park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
-        let wide = u8::arbitrary(u)?;
-        let mut time = |bit: u32| {
-            Ok(if wide >> bit & 1 == 1 {
+        let flags = u8::arbitrary(u)?;
+        let has = |bit: u32| flags >> bit & 1 == 1;
+        let mut times = [0_u32; 6];
+        for (bit, time) in (0..).zip(&mut times) {
+            *time = if has(bit) {
                 u.arbitrary()?
             } else {
-                u32::from(u8::arbitrary(u)?)
-            })
-        };
-        let (hold_after, ramp_after) = (time(0)?, time(1)?);
-        let rate = |ticks| NonZeroU32::new(ticks).unwrap_or(NonZeroU32::MIN);
-        let ticks_per_unit = [rate(time(2)?), rate(time(3)?), rate(time(3)?)];
-        let park = u.arbitrary()?;
+                u8::arbitrary(u)?.into()
+            };
+        }
+        let [
+            mut longest_step,
+            mut hold_after,
+            mut ramp_after,
+            mut approach_for,
+            mut live,
+            mut approach_travel,
+        ] = times;
+        if !has(7) {
+            longest_step = longest_step.max(1);
+            hold_after = hold_after.saturating_add(longest_step);
+            ramp_after = ramp_after.saturating_add(hold_after);
+            approach_for = approach_for.max(1);
+            live = live.saturating_add(longest_step.saturating_mul(4));
+            approach_travel = approach_travel.saturating_add(live);
+        }
         Ok(Self {
             parameters: FailsafeParameters {
+                longest_step,
                 hold_after,
                 ramp_after,
-                park,
-                ticks_per_unit,
+                frames_to_start: u8::arbitrary(u)? % 5 + if has(7) { 0 } else { 2 },
+                approach_for,
+                approach_travel,
+                live_travel: live,
+                park: u.arbitrary()?,
             },
             start: u.arbitrary()?,
             steps: rest(u),
@@ -60,206 +91,329 @@ impl<'a> Arbitrary<'a> for Schedule {
 impl<'a> Arbitrary<'a> for ScheduleStep {
     /// The first byte modulo 4 determines the event. Numbers are little-endian.
     ///
-    /// * 0 and 1: a wait. The next two bytes are the number of ticks.
+    /// * 0: a wait. The next two bytes are the number of ticks.
+    /// * 1: a wait. The next byte is the number of ticks.
     /// * 2: a wait. The next four bytes are the number of ticks.
     /// * 3: a frame. The next three bytes are the frame's demands.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(match u8::arbitrary(u)? % 4 {
-            0 | 1 => Self::Wait(u16::arbitrary(u)?.into()),
+            0 => Self::Wait(u16::arbitrary(u)?.into()),
+            1 => Self::Wait(u8::arbitrary(u)?.into()),
             2 => Self::Wait(u.arbitrary()?),
             _ => Self::Frame(u.arbitrary()?),
         })
     }
 }
 
-/// Checks that contradictory parameters give an error that names one of these parameters. At every time the output must
-/// equal the model's output. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed
-/// since the last frame. The output must not depend on how often it is read. Uses three axes of eight bits, and also
-/// six axes of sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
+/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in
+/// its phases, and the times until every axis is at park and until every axis is live. Uses three axes of eight bits,
+/// and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
-/// Returns the phase after each step with three axes.
+/// Returns the phases and counters with three axes.
 ///
 /// # Errors
 /// Returns the error with which contradictory parameters were rejected.
 ///
 /// # Panics
 /// Panics if the schedule shows a bug.
-pub fn failsafe(schedule: &Schedule) -> Result<Vec<Phase>, FailsafeError> {
-    let parameters = schedule.parameters;
-    let [pitch, roll, yaw] = parameters.ticks_per_unit;
+pub fn failsafe(schedule: &Schedule) -> Result<FailsafeRun, FailsafeError> {
+    let p = schedule.parameters;
     let wide = |[a, b, c]: [u8; 3]| {
         [a, b, c, c, a, b].map(|demand| u16::from(demand).wrapping_mul(0x1_01) ^ 0x2C)
     };
     let six_axes = FailsafeParameters {
-        hold_after: parameters.hold_after,
-        ramp_after: parameters.ramp_after,
-        park: wide(parameters.park),
-        ticks_per_unit: [pitch, roll, yaw, pitch, roll, yaw],
+        park: wide(p.park),
+        longest_step: p.longest_step,
+        hold_after: p.hold_after,
+        ramp_after: p.ramp_after,
+        frames_to_start: p.frames_to_start,
+        approach_for: p.approach_for,
+        approach_travel: p.approach_travel,
+        live_travel: p.live_travel,
     };
-    let _ = check(schedule, six_axes, wide);
-    check(schedule, parameters, |demands| demands)
+    let _ = check(schedule, six_axes, 16, wide);
+    check(schedule, p, 8, |demands| demands)
 }
 
-/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes. Returns the
-/// phases of the outputs.
+/// Returns whether the parameters contradict each other.
+fn contradict<D, const AXES: usize>(p: &FailsafeParameters<D, AXES>) -> bool {
+    let in_order = [1, p.longest_step, p.hold_after, p.ramp_after, u32::MAX].is_sorted()
+        && u64::from(p.longest_step) * 4 <= u64::from(p.live_travel)
+        && p.live_travel <= p.approach_travel
+        && p.approach_travel <= u32::MAX / 2;
+    !in_order || p.frames_to_start < 2 || p.approach_for == 0
+}
+
+/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
+    bits: u32,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> Result<Vec<Phase>, FailsafeError> {
-    let rejection = if parameters.hold_after == 0 {
-        Some((FailsafeError::HoldAtOnce, "hold_after"))
-    } else if parameters.ramp_after < parameters.hold_after {
-        Some((FailsafeError::RampBeforeHold, "ramp_after"))
-    } else {
-        None
-    };
-    match Failsafe::new(parameters, schedule.start) {
-        Err(error) => {
-            let (expected, named) = rejection.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
-            assert_eq!(error, expected, "{parameters:?}");
-            assert!(error.to_string().contains(named), "{error}");
-            Err(error)
-        }
-        Ok(failsafe) => {
-            assert_eq!(rejection, None, "{parameters:?}");
-            Ok(run(failsafe, schedule, parameters, demands))
-        }
-    }
+) -> Result<FailsafeRun, FailsafeError> {
+    let built = Failsafe::new(parameters, schedule.start);
+    assert_eq!(built.is_err(), contradict(&parameters), "{parameters:?}");
+    assert_eq!(built.err(), parameters.check().err());
+    Ok(run(built?, schedule, Model::new(parameters, bits), demands))
 }
 
-/// Reads the output of one failsafe at every step. Reads the output of another failsafe only at frames, and before
-/// waits after which the time since its last call would not fit into 32 bits. Returns the phase after each step.
+/// Runs the failsafe and the model through the schedule.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
-    failsafe: Failsafe<D, AXES>,
+    mut failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
-    parameters: FailsafeParameters<D, AXES>,
+    mut model: Model<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> Vec<Phase> {
+) -> FailsafeRun {
+    let most_per_poll = model.parameters.most_per_poll();
+    // A quarter of the travel, rounded up.
+    assert!(
+        u64::from(most_per_poll) * 4 <= (1 << 32) / model.unit,
+        "{schedule:?}"
+    );
     let mut phases = Vec::new();
-    let (mut often, mut seldom, mut unasked) = (failsafe, failsafe, 0_u32);
-    let mut model = Model::new(parameters);
-    let assert_is_the_models = |output: Output<D, AXES>, model: &Model<D, AXES>| {
-        let axes = output.axes.map(Into::into);
+    let mut clock = schedule.start;
+    let (mut faults, mut late) = (0, 0);
+    // The ticks since the last approach began, and whether a poll was late since then.
+    let (mut approached, mut is_late) = (0, false);
+    let mut last = failsafe.poll(clock);
+    model.poll(0);
+    for &step in &schedule.steps {
+        let ticks = match step {
+            ScheduleStep::Wait(ticks) => ticks,
+            ScheduleStep::Frame(asked) => {
+                failsafe.frame(demands(asked));
+                model.frame(demands(asked).map(Into::into));
+                phases.push(last.phase);
+                continue;
+            }
+        };
+        clock = clock.wrapping_add(ticks);
+        let counted = if ticks > u32::MAX / 2 { 0 } else { ticks };
+        faults += u32::from(counted != ticks);
+        late += u32::from(counted > model.parameters.longest_step);
+        model.poll(counted);
+        let output = failsafe.poll(clock);
         assert_eq!(
-            (axes, output.phase),
-            (model.position, model.phase()),
+            (output.axes.map(Into::into), output.phase),
+            model.output(),
             "{schedule:?}"
         );
-    };
-    let mut clock = schedule.start;
-    assert_is_the_models(often.poll(clock), &model);
-    for &step in &schedule.steps {
-        match step {
-            ScheduleStep::Wait(ticks) => {
-                if unasked.checked_add(ticks).is_none() {
-                    seldom.poll(clock);
-                    unasked = 0;
-                }
-                unasked += ticks;
-                clock = clock.wrapping_add(ticks);
-                // Step the model tick by tick if there are few ticks.
-                match ticks {
-                    0..100 => (0..ticks).for_each(|_| model.wait(1)),
-                    _ => model.wait(ticks.into()),
-                }
-            }
-            ScheduleStep::Frame(asked) => {
-                often.frame(clock, demands(asked));
-                seldom.frame(clock, demands(asked));
-                unasked = 0;
-                model.frame(demands(asked).map(Into::into));
-                assert_is_the_models(seldom.poll(clock), &model);
-            }
+        assert_eq!(
+            [
+                failsafe.clock_faults(),
+                failsafe.late_polls(),
+                failsafe.slow_frames()
+            ],
+            [faults, late, model.slow_frames]
+        );
+        // The promises, from the outputs alone.
+        for (from, to) in last.axes.into_iter().zip(output.axes) {
+            let (from, to): (u16, u16) = (from.into(), to.into());
+            assert!(
+                u32::from(from.abs_diff(to)) <= most_per_poll,
+                "{schedule:?}"
+            );
         }
-        for _ in 0..2 {
-            assert_is_the_models(often.poll(clock), &model);
+        if counted == 0
+            || matches!(output.phase, Phase::Hold)
+            || (last.phase, output.phase) == (Phase::Parked, Phase::Parked)
+        {
+            assert_eq!(last.axes, output.axes, "{schedule:?}");
         }
-        if model.silence >= parameters.parked_after() {
-            assert_eq!(model.phase(), Phase::Parked, "{schedule:?}");
+        let [follows, followed] =
+            [output, last].map(|output| matches!(output.phase, Phase::Approach | Phase::Live));
+        if follows && followed {
+            approached += u64::from(counted);
+            is_late |= counted > model.parameters.longest_step;
+            let is_early = approached < model.parameters.approach_for.into();
+            assert!(!is_early || output.phase == Phase::Approach, "{schedule:?}");
+            let is_over = !is_late && approached >= model.parameters.live_after();
+            assert!(!is_over || output.phase == Phase::Live, "{schedule:?}");
+        } else {
+            (approached, is_late) = (0, false);
+            assert!(output.phase != Phase::Live, "{schedule:?}");
         }
-        phases.push(model.phase());
+        phases.push(output.phase);
+        last = output;
     }
-    phases
+    let run = FailsafeRun {
+        phases,
+        clock_faults: faults,
+        late_polls: late,
+        slow_frames: model.slow_frames,
+    };
+    // From here on, no frames come. However the outputs are, they are at park in the stated time.
+    let Output { .. } = last;
+    let step = model.parameters.longest_step;
+    let parked_after = model.parameters.parked_after();
+    if parked_after / u64::from(step) < 2_000 {
+        clock = clock.wrapping_add(step);
+        failsafe.poll(clock); // takes the last frame
+        let mut passed = 0;
+        while passed < parked_after {
+            passed += u64::from(step);
+            clock = clock.wrapping_add(step);
+            last = failsafe.poll(clock);
+        }
+        assert_eq!(
+            (last.axes, last.phase),
+            (model.parameters.park, Phase::Parked),
+            "{schedule:?}"
+        );
+    }
+    run
 }
 
-/// A model of the protocol's rules (S1, S2, S3), whose ticks do not wrap.
+/// A model of the protocol's rules, whose time does not wrap.
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
-    park: [u16; AXES],
-    /// Ticks since the last frame. Before the first frame, this is the largest number.
-    silence: u64,
-    demand: [u16; AXES],
-    position: [u16; AXES],
-    /// For each axis, the ticks since it last moved by a unit.
-    since_unit: [u64; AXES],
+    /// One unit of demand. Positions are in 2^-32 of the range of demands.
+    unit: u64,
+    now: u64,
+    /// The times of the polls that took frames, since the last silence.
+    row: Vec<u64>,
+    /// The time of the last poll that took a frame.
+    last_frame: Option<u64>,
+    slow_frames: u32,
+    /// The time of the last frame that moved the output.
+    obeyed: Option<u64>,
+    approached: u64,
+    has_frame: bool,
+    axes: [ModelAxis; AXES],
+}
+
+#[derive(Clone, Copy)]
+struct ModelAxis {
+    park: u64,
+    demand: u64,
+    position: u64,
+    was_above: bool,
+    is_live: bool,
 }
 
 impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
-    fn new(parameters: FailsafeParameters<D, AXES>) -> Self {
-        let park = parameters.park.map(Into::into);
+    fn new(parameters: FailsafeParameters<D, AXES>, bits: u32) -> Self {
+        let unit = 1 << (32 - bits);
         Self {
             parameters,
-            park,
-            silence: u64::MAX,
-            demand: park,
-            position: park,
-            since_unit: [0; AXES],
+            unit,
+            now: 0,
+            row: vec![],
+            last_frame: None,
+            slow_frames: 0,
+            obeyed: None,
+            approached: 0,
+            has_frame: false,
+            axes: parameters.park.map(|park| {
+                let park = u64::from(park.into()) * unit;
+                ModelAxis {
+                    park,
+                    demand: park,
+                    position: park,
+                    was_above: false,
+                    is_live: false,
+                }
+            }),
         }
     }
 
-    fn wait(&mut self, ticks: u64) {
-        let (hold, ramp) = (self.parameters.hold_after, self.parameters.ramp_after);
-        let before = self.silence;
-        self.silence = before.saturating_add(ticks);
-        let approaching = self.silence.min(hold.into()).saturating_sub(before);
-        let ramping = self.silence.saturating_sub(before.max(ramp.into()));
-        self.approach(self.demand, approaching);
-        self.approach(self.park, ramping);
+    fn frame(&mut self, demands: [u16; AXES]) {
+        for (axis, demand) in self.axes.iter_mut().zip(demands) {
+            axis.demand = u64::from(demand) * self.unit;
+        }
+        self.has_frame = true;
     }
 
-    /// Moves each axis towards the target, by one unit per `ticks_per_unit`. Keeps remaining ticks for the next unit,
-    /// unless the axis has reached the target.
-    fn approach(&mut self, target: [u16; AXES], ticks: u64) {
-        if ticks == 0 {
-            return;
+    fn follows(&self) -> bool {
+        self.row.len() >= self.parameters.frames_to_start.into()
+    }
+
+    /// Returns how far an axis may move.
+    fn way(&self, travel: u32, ticks: u64) -> u64 {
+        let most = (1 << 32) - self.unit;
+        most / u64::from(travel) * ticks.min(self.parameters.longest_step.into())
+    }
+
+    fn poll(&mut self, ticks: u32) {
+        let p = self.parameters;
+        let ticks = u64::from(ticks);
+        self.now += ticks;
+        if self
+            .row
+            .last()
+            .is_none_or(|last| self.now - last >= p.hold_after.into())
+        {
+            self.row.clear();
         }
-        let rates = self.parameters.ticks_per_unit;
-        let axes = self.position.iter_mut().zip(&mut self.since_unit);
-        for ((position, since_unit), (target, rate)) in axes.zip(target.into_iter().zip(rates)) {
-            let (way, rate) = (position.abs_diff(target), u64::from(rate.get()));
-            let time = *since_unit + ticks;
-            let units = u16::try_from(time / rate).unwrap_or(u16::MAX).min(way);
-            *since_unit = if units == way { 0 } else { time % rate };
-            if target > *position {
-                *position += units;
-            } else {
-                *position -= units;
+        if self.row.is_empty() {
+            self.approached = 0;
+            self.axes.iter_mut().for_each(|axis| axis.is_live = false);
+        }
+        if self.follows() {
+            self.approached += ticks.min(p.longest_step.into());
+        }
+        if std::mem::take(&mut self.has_frame) {
+            self.row.push(self.now);
+            let last = self.last_frame.replace(self.now);
+            if last.is_some_and(|last| self.now - last >= p.hold_after.into()) {
+                self.slow_frames += 1;
             }
         }
-    }
-
-    fn frame(&mut self, demand: [u16; AXES]) {
-        if self.phase() == Phase::Live {
-            self.position = demand;
+        let may_go_live = self.approached >= p.approach_for.into();
+        if self.follows() {
+            self.obeyed = self.row.last().copied();
         }
-        (self.silence, self.demand) = (0, demand);
+        let holds = self.holds();
+        let (slow, fast) = (
+            self.way(p.approach_travel, ticks),
+            self.way(p.live_travel, ticks),
+        );
+        let follows = self.follows();
+        for axis in &mut self.axes {
+            let target = match (follows, holds) {
+                (true, _) => axis.demand,
+                (_, true) => axis.position,
+                _ => axis.park,
+            };
+            let is_above = target > axis.position;
+            let way = target.abs_diff(axis.position);
+            if may_go_live && (is_above != axis.was_above || way <= slow) {
+                axis.is_live = true;
+            }
+            axis.was_above = is_above;
+            let way = way.min(if axis.is_live { fast } else { slow });
+            axis.position = if is_above {
+                axis.position + way
+            } else {
+                axis.position - way
+            };
+        }
     }
 
-    fn phase(&self) -> Phase {
-        if self.silence < self.parameters.hold_after.into() {
-            if self.position == self.demand {
+    fn holds(&self) -> bool {
+        self.obeyed
+            .is_some_and(|last| self.now - last < self.parameters.ramp_after.into())
+    }
+
+    fn output(&self) -> ([u16; AXES], Phase) {
+        let phase = if self.follows() {
+            if self.axes.iter().all(|axis| axis.is_live) {
                 Phase::Live
             } else {
                 Phase::Approach
             }
-        } else if self.silence < self.parameters.ramp_after.into() {
+        } else if self.holds() {
             Phase::Hold
-        } else if self.position == self.park {
+        } else if self.axes.iter().all(|axis| axis.position == axis.park) {
             Phase::Parked
         } else {
             Phase::Ramp
-        }
+        };
+        let axes = self
+            .axes
+            .map(|axis| u16::try_from(axis.position / self.unit).expect("below the range"));
+        (axes, phase)
     }
 }
 
@@ -270,17 +424,18 @@ mod tests {
     /// The files of the corpus have this layout.
     #[test]
     fn bytes_are_read_as_a_schedule() {
-        let bytes = b"\x05\x14\x00\x00\x00\x32\x01\x02\x00\x00\x0A\x0B\xAAbc\xFF\xFF\xFF\xFF\
+        let bytes = b"\x02\x14\x00\x01\x00\x00\x32\x01\x02\x03\x02\xAAbc\xFF\xFF\xFF\xFF\
             \x03xyz\x00\x02\x01\x02\x05\x06\x07\x08";
         let schedule =
             Schedule::arbitrary_take_rest(Unstructured::new(bytes)).expect("enough bytes");
-        let parameters = schedule.parameters;
-        assert_eq!((parameters.hold_after, parameters.ramp_after), (20, 50));
+        let p = schedule.parameters;
+        assert_eq!((p.longest_step, p.hold_after, p.ramp_after), (20, 276, 326));
         assert_eq!(
-            parameters.ticks_per_unit.map(NonZeroU32::get),
-            [0x201, 10, 11]
+            (p.approach_for, p.live_travel, p.approach_travel),
+            (1, 82, 85)
         );
-        assert_eq!(parameters.park, *b"\xAAbc");
+        assert_eq!(p.frames_to_start, 4);
+        assert_eq!(p.park, *b"\xAAbc");
         assert_eq!(schedule.start, u32::MAX);
         assert_eq!(
             schedule.steps,

@@ -27,7 +27,7 @@ mod reader;
 mod stream;
 mod terminal;
 
-pub use failsafe::{Schedule, ScheduleStep, failsafe};
+pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
 pub use formats::{Fault, FormatLine, FormatStep, formats};
 pub use framing::{AnyFormat, framing};
@@ -59,12 +59,14 @@ pub const TARGETS: [(&str, Target); 6] = [
             .for_each(|(times, sort)| occurred.count(sort, times as u64));
     }),
     ("failsafe", |bytes, occurred| {
-        let result = structured(bytes, failsafe).unwrap_or(Ok(Vec::new()));
-        occurred.count_phases(result.as_deref().unwrap_or_default());
-        let error = result.err();
+        let result = structured(bytes, failsafe).unwrap_or_else(|| Ok(FailsafeRun::default()));
+        let error = result.as_ref().err().copied();
+        occurred.count_failsafe(&result.unwrap_or_default());
         for (name, contradiction) in [
-            ("hold at once", FailsafeError::HoldAtOnce),
+            ("hold within step", FailsafeError::HoldWithinStep),
             ("ramp before hold", FailsafeError::RampBeforeHold),
+            ("single frame", FailsafeError::SingleFrame),
+            ("live too fast", FailsafeError::LiveTooFast),
         ] {
             occurred.count(name, error == Some(contradiction));
         }

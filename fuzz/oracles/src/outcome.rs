@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::FailsafeRun;
 use framelock::motion::{Phase, Setpoint};
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
@@ -77,8 +78,8 @@ impl Occurred {
         }
     }
 
-    /// Counts the phases of a failsafe's outputs.
-    pub fn count_phases(&mut self, phases: &[Phase]) {
+    /// Counts the phases of a failsafe's outputs, and adds its counters.
+    pub fn count_failsafe(&mut self, run: &FailsafeRun) {
         for (name, phase) in [
             ("live", Phase::Live),
             ("approach", Phase::Approach),
@@ -86,9 +87,12 @@ impl Occurred {
             ("ramp", Phase::Ramp),
             ("parked", Phase::Parked),
         ] {
-            let times = phases.iter().filter(|it| **it == phase).count();
+            let times = run.phases.iter().filter(|it| **it == phase).count();
             self.count(name, times as u64);
         }
+        self.count("clock fault", run.clock_faults);
+        self.count("late poll", run.late_polls);
+        self.count("slow frame", run.slow_frames);
     }
 
     /// Returns the outcomes that occurred, in alphabetical order.

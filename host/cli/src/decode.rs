@@ -165,7 +165,7 @@ struct Decoder<W> {
 impl<W: Write> Decoder<W> {
     fn new(protocol: &Protocol, policy: Policy, format: OutputFormat, output: W) -> Result<Self> {
         Ok(Self {
-            line: AnyLine::for_recordings(protocol, policy).map_err(Error::msg)?,
+            line: AnyLine::new(protocol, policy).map_err(Error::msg)?,
             totals: Totals::default(),
             frame: FrameWriter::new(protocol.clone()),
             format,

@@ -295,9 +295,9 @@ impl FrameWriter {
             for value in content.values() {
                 row.push(b' ');
                 match value {
-                    Value::Unsigned(number) if self.is_hex => {
-                        row.extend(self.number(number).bytes());
-                    }
+                    Value::Unsigned(number) if self.is_hex => append_aligned(row, 3, |row| {
+                        row.extend(format!("{number:02X}").bytes());
+                    }),
                     value => append_aligned(row, 3, |row| value.append_to(row)),
                 }
             }
@@ -305,15 +305,6 @@ impl FrameWriter {
                 row.push(b' ');
                 row.extend(unit.as_bytes());
             }
-        }
-    }
-
-    /// Returns a number as text for people.
-    pub(crate) fn number(&self, number: u64) -> String {
-        if self.is_hex {
-            format!("{:>3}", format!("{number:02X}"))
-        } else {
-            format!("{number:>3}")
         }
     }
 }

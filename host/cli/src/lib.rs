@@ -9,7 +9,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use framelock_description::SHIPPED;
 
 mod decode;
-pub mod demo;
+mod demo;
 mod encode;
 mod frame_option;
 mod frame_writer;
@@ -26,12 +26,12 @@ mod rows;
 pub mod screen;
 mod send;
 mod serial;
-pub mod simulate;
+mod simulate;
 pub mod text_outputs;
 mod trace;
 mod view_parts;
 
-/// Decode, watch, send and simulate serial frames with a receiver that never goes deaf
+/// Decode, watch, send and simulate serial frames
 #[derive(Parser)]
 #[command(name = "framelock", version, after_help = include_str!("help/framelock.txt"))]
 struct CommandLine {

@@ -6,7 +6,6 @@ mod view;
 mod watch;
 
 use std::io::{self, IsTerminal, Write};
-use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -41,9 +40,6 @@ pub(crate) struct Arguments {
     /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Show numbers in hex, as trace does
-    #[arg(long)]
-    hex: bool,
     #[command(flatten)]
     port: PortOptions,
     /// If the port disappears, end with an error instead of waiting for it
@@ -58,17 +54,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
     /// After a silence of this length, the failsafe holds its output
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
     hold_after: u32,
     /// After a silence of this length, the failsafe moves to park (128 on every axis). It needs one
     /// second for the full travel
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
     ramp_after: u32,
 }
-
-/// The time that the failsafe takes for one unit of the setpoint. The failsafe takes one second for the full travel, as
-/// in the firmware.
-const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -77,11 +69,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,
-        park: LEVEL.into(),
-        ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
+        ..FailsafeParameters::for_clock(watch::TICKS_PER_SECOND, watch::TICK, LEVEL.into())
     };
-    let mut frame = FrameWriter::new(arguments.frame.clone());
-    frame.is_hex = arguments.hex;
+    let frame = FrameWriter::new(arguments.frame.clone());
     let watch = Watch::new(frame.clone(), line, failsafe, idle_gap)
         .context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;

@@ -256,7 +256,7 @@ impl Arguments {
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
         if self.frame.has_setpoints() {
             // Parking always uses `rate`, even if the profile has times of its own.
-            check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
+            check_rate(rate.0.get().into(), self.frame.longest(), baud, 1.0)?;
         }
         let time_of = |bytes| time_on_line(bytes, baud);
         profile.map_or(Ok(()), |profile| {

@@ -1,87 +1,164 @@
-//! Runs many trials of `framelock_simulation` and prints how a faulty line affects the receivers. The public items are
-//! for `examples/figures`, which draws the figures of docs/line-faults.md.
+//! Runs many trials of `framelock_simulation` and prints how a faulty line affects the receivers.
 
-mod arguments;
-mod experiment;
-mod output;
-mod sweep;
-
-use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::io::{self, BufWriter, Write};
 
 use anyhow::Result;
-use clap::{Args as _, FromArgMatches as _, ValueEnum};
-use framelock_simulation::Parameters;
+use clap::ValueEnum as _;
+use clap::builder::PossibleValue;
+use framelock_simulation::{FrameFormat, Parameters, Payload, ReceiverTally, Tally, run_all};
 
+use crate::options::{number, probability, whole};
 use crate::output::Output;
-use arguments::Experiment;
-pub use experiment::{Point, run_all};
-pub use output::{rows, write_csv};
+
+const DEFAULT: Parameters = Parameters::DEFAULT;
 
 /// Simulate a faulty line bit by bit, and count the frames that receivers lose. The receivers are the
 /// lecture's machine (lecture, which discards a broken frame) and framelock (which searches a broken
 /// frame again), each with and without an idle-gap rule. A failsafe follows each receiver.
 #[derive(clap::Args)]
-#[command(
-    after_help = include_str!("help/simulate.txt"),
-    max_term_width = 80
-)]
+#[command(after_help = include_str!("help/simulate.txt"), max_term_width = 80)]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    experiment: Experiment,
+    /// Seed the random numbers; the same seed gives the same results
+    #[arg(long, default_value_t = DEFAULT.seed, value_name = "NUMBER")]
+    seed: u64,
 
-    /// Write the tables as text, csv or json
-    #[arg(
-        long,
-        value_enum,
-        default_value_t = OutputFormat::Text,
-        hide_possible_values = true,
-        help_heading = "Run"
-    )]
-    format: OutputFormat,
+    /// Run this number of independent trials, each beginning at reset
+    #[arg(long, default_value_t = DEFAULT.trials, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000_000))]
+    trials: u32,
 
-    /// Write the tables to FILE, replacing it; - is standard output
-    #[arg(
-        long,
-        short,
-        value_name = "FILE",
-        default_value = "-",
-        help_heading = "Run"
-    )]
-    output: PathBuf,
-}
+    /// Send this number of frames in each trial
+    #[arg(long, default_value_t = DEFAULT.frames, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000_000))]
+    frames: u32,
 
-/// The format of the results.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum OutputFormat {
-    /// Tables for people to read
-    Text,
-    /// Comma-separated values with a header, and a row for each point and receiver
-    Csv,
-    /// One JSON object
-    Json,
-}
+    /// Send these frames: bin or bin-crc8
+    #[arg(long, value_enum, default_value_t = DEFAULT.frame, hide_possible_values = true)]
+    frame: FrameFormat,
 
-/// Returns the parameters for options of `framelock simulate`.
-///
-/// # Errors
-/// Returns an error if an option is unknown or invalid, or the parameters contradict each other.
-pub fn parameters(options: &str) -> Result<Vec<Parameters>> {
-    let command = Experiment::augment_args(clap::Command::new("run").no_binary_name(true));
-    let matches = command.try_get_matches_from(options.split_whitespace())?;
-    Experiment::from_arg_matches(&matches)?.points()
+    /// Send this payload: motion, random (different bytes in each frame), repeated (the same bytes in
+    /// each frame), random:40-43 or repeated:40-43 (only these byte values), 00414200 (this payload),
+    /// ambiguous (N2 of docs/protocol.md) or noise (no frames)
+    #[arg(long, default_value_t = DEFAULT.payload, value_name = "WHAT")]
+    payload: Payload,
+
+    /// Set the rate of the line in bits per second; each byte takes ten bits
+    #[arg(long, default_value_t = DEFAULT.baud, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 300, 10_000_000))]
+    baud: u32,
+
+    /// Send this number of frames per second
+    #[arg(long, default_value_t = DEFAULT.rate, value_name = "NUMBER", value_parser = |text: &str| number(text, 0.01, 1e5))]
+    rate: f64,
+
+    /// Lose each byte with this probability (0 to 1), without a report
+    #[arg(long, default_value_t = DEFAULT.lose, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
+    lose: f64,
+
+    /// Invert each bit with this probability (0 to 1)
+    #[arg(long, default_value_t = DEFAULT.bit_flip, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
+    bit_flip: f64,
+
+    /// Make the sender's clock this much faster than the receiver's
+    #[arg(long, default_value_t = DEFAULT.baud_error, value_name = "PERCENT", value_parser = |text: &str| number(text, -50.0, 50.0), allow_negative_numbers = true)]
+    baud_error: f64,
+
+    /// Disturb the line by this number of bursts of noise per second
+    #[arg(long, default_value_t = DEFAULT.burst_rate, value_name = "NUMBER", value_parser = |text: &str| number(text, 0.0, 1e6))]
+    burst_rate: f64,
+
+    /// Set the length of a burst
+    #[arg(long, default_value_t = DEFAULT.burst_length, value_name = "MS", value_parser = |text: &str| number(text, 0.1, 1e6))]
+    burst_length: f64,
+
+    /// After a pause of this many byte times, receivers with an idle-gap rule drop the current frame
+    #[arg(long, default_value_t = DEFAULT.idle_gap, value_name = "BYTES", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
+    idle_gap: u32,
 }
 
 /// Runs `framelock simulate`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let points = arguments.experiment.points()?;
-    // Create the output before the simulation, so that an error does not waste the work.
-    let mut out = BufWriter::new(Output::create(&arguments.output)?);
-    let points = run_all(points)?;
-    match arguments.format {
-        OutputFormat::Text => output::write_text(&mut out, &arguments.experiment.sweeps, &points),
-        OutputFormat::Csv => write_csv(&mut out, &points),
-        OutputFormat::Json => output::write_json(&mut out, &arguments.experiment.sweeps, &points),
-    }?;
+    let parameters = Parameters {
+        seed: arguments.seed,
+        trials: arguments.trials,
+        frames: arguments.frames,
+        frame: arguments.frame,
+        payload: arguments.payload,
+        baud: arguments.baud,
+        rate: arguments.rate,
+        lose: arguments.lose,
+        bit_flip: arguments.bit_flip,
+        baud_error: arguments.baud_error,
+        burst_rate: arguments.burst_rate,
+        burst_length: arguments.burst_length,
+        idle_gap: arguments.idle_gap,
+        ..DEFAULT
+    };
+    let tally = run_all(&parameters)?;
+    let mut out = BufWriter::new(Output::standard()?);
+    write(&parameters, &tally, &mut out)?;
     Ok(out.flush()?)
+}
+
+type Count = fn(&ReceiverTally) -> u64;
+
+/// The rows of the table of receivers.
+const ROWS: [(&str, Count); 7] = [
+    ("delivered", |receiver| receiver.delivered),
+    ("lost though intact", |receiver| receiver.lost_intact),
+    ("wrong setpoints", |receiver| receiver.wrong_setpoints),
+    ("false frames", |receiver| receiver.false_frames),
+    ("trials that end deaf", |receiver| receiver.deaf),
+    ("longest silence, ms", |receiver| {
+        receiver.longest_silence / 1_000
+    }),
+    ("failsafe engagements", |receiver| receiver.engagements),
+];
+
+/// Writes the parameters and the tables.
+fn write(parameters: &Parameters, tally: &Tally, out: &mut impl Write) -> io::Result<()> {
+    let Parameters {
+        seed,
+        trials,
+        frames,
+        frame,
+        payload,
+        baud,
+        rate,
+        ..
+    } = parameters;
+    let line = &tally.line;
+    let frame = frame.to_possible_value();
+    let frame = frame.as_ref().map_or("", PossibleValue::get_name);
+    writeln!(
+        out,
+        "seed {seed}, {trials} trials of {frames} frames ({frame}, {payload})\n\
+         {baud} baud, {rate} frames a second\n"
+    )?;
+    for (name, count) in [
+        ("frames sent", line.frames_sent),
+        ("  arrived intact", line.frames_intact),
+        ("bytes sent", line.bytes_sent),
+        ("  delivered", line.bytes_delivered),
+        ("  lost after the UART", line.bytes_lost),
+        ("framing errors", line.framing_errors),
+    ] {
+        writeln!(out, "{name:<22}{count:>14}")?;
+    }
+    write!(out, "\n{:<24}", "")?;
+    for receiver in &tally.receivers {
+        let gap = if receiver.kind.has_idle_gap {
+            "+gap"
+        } else {
+            ""
+        };
+        let name = format!("{}{gap}", receiver.kind.policy);
+        write!(out, "{name:>14}")?;
+    }
+    writeln!(out)?;
+    for (name, count) in ROWS {
+        write!(out, "{name:<24}")?;
+        for receiver in &tally.receivers {
+            write!(out, "{:>14}", count(receiver))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
 }

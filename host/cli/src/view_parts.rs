@@ -7,12 +7,12 @@ use ratatui::text::{Line, Span};
 /// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
 /// backgrounds; Okabe and Ito chose the pair. Each of the two constants is the one of a terminal's 256 colours that is
 /// nearest to the original colour.
-pub const BLUE: Color = Color::Indexed(32);
+pub(crate) const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
-pub const VERMILLION: Color = Color::Indexed(166);
+pub(crate) const VERMILLION: Color = Color::Indexed(166);
 
 /// The characters that fill 0 to 8 eighths of a terminal cell.
-pub const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
+const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
 /// Returns a bar of `width` cells for the output, with a mark at the value that was sent.
 pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {

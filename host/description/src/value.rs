@@ -309,28 +309,32 @@ impl Scale {
         decimal(self.shown(number), self.decimals)
     }
 
-    /// Returns the unscaled number that is nearest to a shown number.
+    /// Returns the unscaled number that is nearest to a shown number. If two numbers are equally near, returns the
+    /// greater one.
     pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
-        let shown = self.parse(&shown.as_number()?.to_string())?;
-        let sign = self.factor.signum();
-        let (number, factor) = (sign * shown.checked_sub(self.offset)?, sign * self.factor);
-        let doubled = number.checked_mul(2)?.checked_add(factor)?;
-        doubled.checked_div_euclid(2 * factor)
+        let (sign, factor) = (self.factor.signum(), self.factor.checked_abs()?);
+        // The other terms of the dividend, and the divisor, are whole numbers. So rounding the first term down does not
+        // change the result.
+        let doubled = self.twice(&shown.as_number()?.to_string(), sign)?;
+        let doubled = doubled.checked_sub(2 * sign * self.offset)?;
+        doubled.checked_add(factor)?.checked_div_euclid(2 * factor)
     }
 
-    /// Reads a JSON number and rounds it to the decimals of this scale.
-    fn parse(&self, text: &str) -> Option<i128> {
+    /// Reads a JSON number. Returns twice this number, multiplied by `sign`, in units of the last decimal of this
+    /// scale, rounded down.
+    fn twice(&self, text: &str, sign: i128) -> Option<i128> {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let digits = format!("{whole}{fraction}").parse::<i128>().ok()?;
+        let digits = digits.checked_mul(2 * sign)?;
         let more = i64::from(self.decimals) + exponent.parse::<i64>().ok()?
             - i64::try_from(fraction.len()).ok()?;
         let power = 10_i128.checked_pow(u32::try_from(more.unsigned_abs()).ok()?);
         match power {
             Some(power) if more >= 0 => digits.checked_mul(power),
-            // Divide, and round half away from zero.
-            Some(power) => Some(digits / power + digits % power * 2 / power),
-            None => (more < 0 || digits == 0).then_some(0),
+            Some(power) => Some(digits.div_euclid(power)),
+            // The number is nearly 0, or too great.
+            None => (more < 0 || digits == 0).then_some(digits.signum().min(0)),
         }
     }
 }
@@ -366,6 +370,42 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+
+    /// Each shown number is converted to the nearest number, although it may have more decimals than the scale.
+    #[test]
+    fn shown_numbers_become_the_nearest_numbers() {
+        let number = |digits, decimals, shown: &str| {
+            let scale = Scale::new(Decimal { digits, decimals }, Decimal::default());
+            scale.number(&serde_json::from_str(shown).expect("a number"))
+        };
+        assert_eq!(number(2, 0, "0.6"), Some(0));
+        assert_eq!(number(2, 0, "1.4"), Some(1));
+        assert_eq!(number(-2, 0, "0.6"), Some(0));
+        assert_eq!(number(1, 1, "-1e-300"), Some(0));
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..100_000 {
+            // All numbers are in units of 10 to the power of -9.
+            let [mut digits, shown] =
+                [(); 2].map(|()| random.random_range(-1_000_000_i64..=1_000_000));
+            digits += i64::from(digits == 0);
+            let decimals = random.random_range(0..=6);
+            let offset = random.random_range(-1_000..=1_000);
+            let scale = Scale::new(
+                Decimal { digits, decimals },
+                Decimal {
+                    digits: offset,
+                    decimals,
+                },
+            );
+            let text = decimal(shown.into(), 9);
+            let shown_number = serde_json::from_str(&text).expect("a number");
+            let found = scale.number(&shown_number).expect("a number in the range");
+            let unit = 10_i128.pow(9 - decimals);
+            let away = (scale.shown(found) * unit - i128::from(shown)).abs();
+            let most = i128::from(digits.abs()) * unit;
+            assert!(2 * away <= most, "{scale:?}: {text} became {found}");
+        }
+    }
 
     /// The fast functions for scaling and writing numbers agree with simple functions.
     #[test]

@@ -4,9 +4,27 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::names::{Language, module};
 
+/// The parts of a header that are the same for all descriptions, in plain C. In these files, names begin with `any_` or
+/// `ANY_`. The proofs in `c/proofs` include the files.
+const ENGINE: [(&str, &str); 5] = [
+    ("counters.h", include_str!("../templates/engine/counters.h")),
+    ("receiver.h", include_str!("../templates/engine/receiver.h")),
+    ("counting.h", include_str!("../templates/engine/counting.h")),
+    ("buffered.h", include_str!("../templates/engine/buffered.h")),
+    ("window.h", include_str!("../templates/engine/window.h")),
+];
+
+/// Converts a part of a header to a template, which inserts the header's names.
+fn template_of(part: &str) -> String {
+    part.replace("any_index", "{{ index }}")
+        .replace("any_", "{{ name }}_")
+        .replace("ANY_", "{{ upper }}_")
+}
+
 /// Renders the template of a language. Replaces the line `HELPERS` by the helper functions that the program calls, and
 /// `PREFIX` by the name of the module.
 pub(crate) fn source(program: Value, name: &str, language: &Language) -> String {
+    let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_trim_blocks(true);
@@ -15,10 +33,12 @@ pub(crate) fn source(program: Value, name: &str, language: &Language) -> String 
     environment.add_filter("hex", |number: u64| format!("{number:#X}"));
     environment.add_filter("byte", |number: u8| format!("{number:#04X}"));
     let shared = include_str!("../templates/fields.j2");
-    let engine = include_str!("../templates/engine.h.j2");
     let rendered = environment
         .add_template("fields.j2", shared)
-        .and_then(|()| environment.add_template("engine.h.j2", engine))
+        .and_then(|()| {
+            let mut engine = engine.iter();
+            engine.try_for_each(|(name, part)| environment.add_template(name, part))
+        })
         .and_then(|()| environment.render_str(language.template, program));
     let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
     let name = module(name);

@@ -11,7 +11,6 @@ use framelock_formats::AnyOf;
 use serde::Serialize;
 
 use crate::protocol::{FrameFormat, Protocol};
-use crate::stream_receiver::StreamReceiver;
 
 /// The choice of the receiver. The receivers differ in what they do with the bytes of a broken frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
@@ -46,8 +45,6 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
-    /// The receiver of a description's frames in recordings. Streams of false starts do not slow this receiver down.
-    Recorded(Line<StreamReceiver>),
 }
 
 /// Evaluates an expression with the line inside any variant.
@@ -58,7 +55,6 @@ macro_rules! for_any {
             AnyLine::Bin($line) => $does,
             AnyLine::BinCrc8($line) => $does,
             AnyLine::Described($line) => $does,
-            AnyLine::Recorded($line) => $does,
         }
     };
 }
@@ -79,22 +75,6 @@ impl AnyLine {
                 let receiver = receiver.ok_or_else(|| no_bytes(protocol))?;
                 Ok(Self::Described(Line::new(receiver)))
             }
-        }
-    }
-
-    /// Creates the receiver for recordings. Does the same as [`new`](Self::new), except that a [`StreamReceiver`]
-    /// receives the frames of descriptions.
-    ///
-    /// # Errors
-    /// Returns the same errors as [`new`](Self::new).
-    pub fn for_recordings(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
-        match (policy, protocol.setpoints) {
-            (Policy::Framelock, None) => {
-                let receiver = StreamReceiver::new(protocol.description.format());
-                let receiver = receiver.ok_or_else(|| no_bytes(protocol))?;
-                Ok(Self::Recorded(Line::new(receiver)))
-            }
-            _ => Self::new(protocol, policy),
         }
     }
 
@@ -119,7 +99,6 @@ impl AnyLine {
             Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.feed(bytes, frame_alone(found)),
-            Self::Recorded(line) => line.feed(bytes, found),
         }
     }
 
@@ -130,7 +109,6 @@ impl AnyLine {
             Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.line_event(event, frame_alone(found)),
-            Self::Recorded(line) => line.line_event(event, found),
         }
     }
 

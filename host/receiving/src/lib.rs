@@ -27,13 +27,11 @@
 mod any_line;
 mod delivery_check;
 mod protocol;
-mod repetition;
-mod running_sums;
-mod stream_receiver;
+mod standstill;
 mod tracked_line;
 
 pub use any_line::{AnyLine, Policy};
 pub use delivery_check::DeliveryCheck;
 pub use protocol::{FrameFormat, Protocol};
-pub use stream_receiver::StreamReceiver;
+pub use standstill::Standstill;
 pub use tracked_line::{Piece, TrackedLine};

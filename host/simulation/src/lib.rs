@@ -16,14 +16,10 @@
 //! in a hundred is lost:
 //!
 //! ```
-//! use framelock_simulation::{Parameters, Tally, run};
+//! use framelock_simulation::{Parameters, run_all};
 //!
 //! # fn main() -> anyhow::Result<()> {
-//! let parameters = Parameters { lose: 0.01, ..Parameters::DEFAULT };
-//! let mut tally = Tally::default();
-//! for trial in 0..4 {
-//!     tally = tally.and(run(&parameters, trial, false)?.tally());
-//! }
+//! let tally = run_all(&Parameters { lose: 0.01, trials: 4, ..Parameters::DEFAULT })?;
 //! let [lecture, .., framelock] = &tally.receivers[..] else { panic!("four receivers") };
 //! assert!(lecture.lost_intact > 100);
 //! assert_eq!(framelock.lost_intact, 0);
@@ -31,8 +27,8 @@
 //! # }
 //! ```
 //!
-//! [`run`] runs one trial. To watch a trial byte by byte, step through a [`Trial`]. With the
-//! feature `clap`, frame formats, motions and axes can be values of command-line options.
+//! [`run_all`] runs all trials, and [`run`] runs one. To watch a trial byte by byte, step through a [`Trial`]. With
+//! the feature `clap`, frame formats, motions and axes can be values of command-line options.
 
 #![forbid(unsafe_code)]
 
@@ -44,9 +40,7 @@ mod payload;
 mod random;
 mod sent_frame;
 mod station;
-mod statistics;
 mod tally;
-pub mod theory;
 mod trial;
 mod uart;
 
@@ -54,11 +48,10 @@ pub use byte_faults::{ByteFaults, FaultCounts, FaultRates};
 pub use framelock_receiving::{FrameFormat, Policy};
 pub use line::{check_rate, time_on_line};
 pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
-pub use parameters::{NumericParameter, Parameters};
+pub use parameters::Parameters;
 pub use payload::{Payload, Transmission};
 pub use random::Seed;
 pub use sent_frame::Origin;
 pub use station::{Fate, Outcome, Station, StationKind};
-pub use statistics::{Mean, Share};
 pub use tally::{LineTally, ReceiverTally, Tally};
-pub use trial::{Event, Trial, run};
+pub use trial::{Event, Trial, run, run_all};

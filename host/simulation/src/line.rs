@@ -105,12 +105,11 @@ fn character(byte: u8) -> impl Iterator<Item = bool> {
     (0..BITS_PER_BYTE).map(move |bit| levels >> bit & 1 == 1)
 }
 
-/// Inverted bits, bursts of noise and breaks.
+/// Inverted bits and bursts of noise.
 #[derive(Debug)]
 struct Noise {
     flips: Occurrences,
     bursts: Occurrences,
-    breaks: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
     /// The first disturbed bit that the last search found. No bit between the start of that search
@@ -121,30 +120,21 @@ struct Noise {
 impl Noise {
     fn new(parameters: &Parameters, seed: Seed) -> Self {
         let baud = f64::from(parameters.baud);
-        let per_bit = |per_second: f64| (per_second / baud).min(1.0);
-        let occurrences = |purpose, rate, length| Occurrences::new(seed, purpose, rate, length);
+        let bursts_per_bit = (parameters.burst_rate / baud).min(1.0);
         let burst_length = whole(parameters.burst_length / 1000.0 * baud);
-        let [bursts, breaks] = [parameters.burst_rate, parameters.break_rate].map(per_bit);
-        let mut noise = Self {
-            flips: occurrences(Purpose::BitFlips, parameters.bit_flip, 1),
-            bursts: occurrences(Purpose::Bursts, bursts, burst_length),
-            breaks: occurrences(Purpose::Breaks, breaks, parameters.break_length.into()),
+        Self {
+            flips: Occurrences::new(seed, Purpose::BitFlips, parameters.bit_flip, 1),
+            bursts: Occurrences::new(seed, Purpose::Bursts, bursts_per_bit, burst_length),
             levels: seed.random(Purpose::BurstLevels),
             quiet_until: 0,
-        };
-        if let Some(seconds) = parameters.burst_at {
-            noise.bursts.begin = whole(seconds * baud);
         }
-        noise
     }
 
     /// Returns the first disturbed bit at or after `bit`. Successive calls must pass ascending
     /// bits.
     fn quiet_until(&mut self, bit: u64) -> u64 {
         if self.quiet_until <= bit {
-            let [flips, bursts, breaks] =
-                [&mut self.flips, &mut self.bursts, &mut self.breaks].map(|each| each.next(bit));
-            self.quiet_until = flips.min(bursts).min(breaks);
+            self.quiet_until = self.flips.next(bit).min(self.bursts.next(bit));
         }
         self.quiet_until
     }
@@ -152,9 +142,7 @@ impl Noise {
     /// Returns the levels of both halves of a bit that is sent as `level`.
     fn disturbed(&mut self, bit: u64, level: bool) -> [bool; 2] {
         let is_flipped = self.flips.happens(bit);
-        if self.breaks.happens(bit) {
-            [false; 2]
-        } else if self.bursts.happens(bit) {
+        if self.bursts.happens(bit) {
             self.levels.random()
         } else {
             [level != is_flipped; 2]
@@ -168,16 +156,14 @@ pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
     Duration::from_secs(bytes as u64 * BITS_PER_BYTE) / baud
 }
 
-/// Checks that `rate` frames per second fit on a line with this baud rate. Each frame has `bytes`
-/// bytes with `byte_gap` idle bits between them. The error states the highest rate that fits,
-/// rounded down to a multiple of 1 / `steps`.
+/// Checks that `rate` frames of `bytes` bytes per second fit on a line with this baud rate. The error states the highest
+/// rate that fits, rounded down to a multiple of 1 / `steps`.
 ///
 /// # Errors
 /// Returns an error if the frames do not fit.
 #[expect(clippy::cast_precision_loss, reason = "frames are short")]
-pub fn check_rate(rate: f64, bytes: usize, byte_gap: u32, baud: u32, steps: f64) -> Result<()> {
-    let (length, baud) = (bytes as f64, f64::from(baud));
-    let bits = length * BITS_PER_BYTE as f64 + (length - 1.0) * f64::from(byte_gap);
+pub fn check_rate(rate: f64, bytes: usize, baud: u32, steps: f64) -> Result<()> {
+    let (bits, baud) = ((bytes as u64 * BITS_PER_BYTE) as f64, f64::from(baud));
     let needed = (bits * rate).ceil();
     ensure!(
         needed <= baud,
@@ -230,33 +216,35 @@ mod tests {
             }),
             2_000_000
         );
-        // 86.8 breaks of 20 bits are expected in a million bits. A break begins only after the
-        // previous one has ended.
-        let broken = low_halves(&Parameters {
-            break_rate: 10.0,
-            ..quiet
-        });
-        assert!((2_500..4_500).contains(&broken), "{broken}");
-        assert_eq!(broken % 40, 0);
-        // One burst of 0.1 s, in which each half bit is high or low at random.
+        // 86.8 bursts are expected in a million bits. Each lasts for 57 bits, whose 114 half bits are high or low at
+        // random.
         let burst = low_halves(&Parameters {
-            burst_at: Some(1.0),
-            burst_length: 100.0,
+            burst_rate: 10.0,
+            burst_length: 0.5,
             ..quiet
         });
-        assert!((11_520 - 400..11_520 + 400).contains(&burst), "{burst}");
+        assert!((3_000..7_000).contains(&burst), "{burst}");
+        // The whole line is one burst.
+        let burst = low_halves(&Parameters {
+            burst_rate: 1e6,
+            burst_length: 1e5,
+            ..quiet
+        });
+        assert!((997_000..1_003_000).contains(&burst), "{burst}");
     }
 
     #[test]
     fn frames_fit_up_to_the_last_bit_of_the_line() {
-        // A frame takes 70 bits, plus 6 * 5 idle bits between the bytes.
-        for (byte_gap, fits, too_many, most) in [(0, 96.0, 97.0, "96"), (5, 67.2, 67.3, "67.2")] {
-            assert!(check_rate(fits, 7, byte_gap, 6_720, 10.0).is_ok());
-            let complaint = check_rate(too_many, 7, byte_gap, 6_720, 10.0);
+        // A frame takes 70 bits.
+        for (fits, too_many, most) in [(96.0, 97.0, "96"), (95.95, 96.05, "96")] {
+            assert!(check_rate(fits, 7, 6_720, 10.0).is_ok());
+            let complaint = check_rate(too_many, 7, 6_720, 10.0);
             let complaint = complaint.map_err(|error| error.to_string());
             let expected = format!("lower --rate to {most} at most");
             assert!(complaint.is_err_and(|complaint| complaint.ends_with(&expected)));
         }
+        let complaint = check_rate(68.0, 10, 6_725, 10.0).map_err(|error| error.to_string());
+        assert!(complaint.is_err_and(|it| it.ends_with("lower --rate to 67.2 at most")));
         assert_eq!(time_on_line(7, 7_000), Duration::from_millis(10));
     }
 }

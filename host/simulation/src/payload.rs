@@ -7,7 +7,6 @@ use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
 use framelock_receiving::FrameFormat;
 use rand::{Rng, RngCore};
-use serde::Serialize;
 
 use crate::motion::SmoothMotion;
 use crate::parameters::Parameters;
@@ -86,12 +85,6 @@ impl fmt::Display for Payload {
             Self::Ambiguous => f.write_str("ambiguous"),
             Self::Noise => f.write_str("noise"),
         }
-    }
-}
-
-impl Serialize for Payload {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
     }
 }
 

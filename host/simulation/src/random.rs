@@ -4,22 +4,22 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// The purpose of random numbers. Each purpose has a generator of its own, so that more faults of
-/// one kind change neither the other faults nor the frames sent.
+/// one kind change neither the other faults nor the frames sent. The numbers never change, so that a seed gives the
+/// same results in each version.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
-    BitFlips,
-    Bursts,
-    Breaks,
-    BurstLevels,
-    Sender,
-    Losses,
-    Duplicates,
+    BitFlips = 0,
+    Bursts = 1,
+    BurstLevels = 3,
+    Sender = 4,
+    Losses = 5,
+    Duplicates = 6,
     /// Values drawn once per trial.
-    Once,
-    ByteFlips,
-    Insertions,
+    Once = 7,
+    ByteFlips = 8,
+    Insertions = 9,
     /// The bit that is inverted, and the value of an inserted byte.
-    FaultValues,
+    FaultValues = 10,
 }
 
 /// The source of a trial's random numbers.
@@ -32,7 +32,7 @@ pub struct Seed {
 }
 
 impl Seed {
-    /// Returns the generator for this purpose. In each trial, the first eight purposes have eight
+    /// Returns the generator for this purpose. In each trial, the purposes below 8 have eight
     /// consecutive stream numbers. The other purposes have consecutive stream numbers in the upper
     /// half of all stream numbers.
     pub(crate) fn random(self, purpose: Purpose) -> ChaCha8Rng {
@@ -53,8 +53,8 @@ pub(crate) struct Occurrences {
     /// The logarithm of the probability that no occurrence begins at a given position.
     quiet_logarithm: f64,
     length: u64,
-    /// The first position of the next or the current occurrence. Later occurrences come at random.
-    pub(crate) begin: u64,
+    /// The first position of the next or the current occurrence.
+    begin: u64,
 }
 
 impl Occurrences {

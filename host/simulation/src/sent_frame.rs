@@ -37,13 +37,12 @@ impl SentFrame {
     }
 
     /// Returns the byte of this frame that is on the line at this bit, and the byte's position.
-    /// Bytes begin `step` bits apart.
-    pub(crate) fn byte_at(&self, bit: u64, step: u64) -> Option<(Origin, u8)> {
+    pub(crate) fn byte_at(&self, bit: u64) -> Option<(Origin, u8)> {
         let bit = bit.checked_sub(self.begin)?;
-        let (frame, place) = (self.number, usize::try_from(bit / step).ok()?);
+        let (frame, place) = (self.number, usize::try_from(bit / BITS_PER_BYTE).ok()?);
         let &byte = self.transmission.bytes.get(place)?;
-        let is_on_line = bit % step < BITS_PER_BYTE && self.transmission.setpoint.is_some();
-        is_on_line.then_some((Origin { frame, place }, byte))
+        let is_frame = self.transmission.setpoint.is_some();
+        is_frame.then_some((Origin { frame, place }, byte))
     }
 
     /// Records a byte that arrived. `origin` is the byte's position if the byte belongs to a frame.
@@ -89,20 +88,18 @@ mod tests {
     #[test]
     fn a_byte_is_found_by_the_bit_at_which_it_is_on_the_line() {
         let byte_at = |bit| {
-            frame()
-                .byte_at(bit, 12)
-                .map(|(origin, byte)| (origin.place, byte))
+            let found = frame().byte_at(bit);
+            found.map(|(origin, byte)| (origin.place, byte))
         };
         let expected = [
             (99, None),
             (100, Some((0, 1))),
             (109, Some((0, 1))),
-            (110, None),
+            (110, Some((1, 2))),
+            (129, Some((2, 3))),
+            (130, None),
         ];
         assert_eq!(expected.map(|(bit, _)| (bit, byte_at(bit))), expected);
-        assert_eq!(byte_at(112), Some((1, 2)));
-        assert_eq!(byte_at(133), Some((2, 3)));
-        assert_eq!(byte_at(136), None);
     }
 
     /// Returns whether these bytes leave frame 0 intact, and how often the bytes complete frame 0.

@@ -1,18 +1,13 @@
 //! A station at the end of the line: a receiver followed by a failsafe. The station also records
 //! the outcome of each frame.
 
-use std::num::NonZeroU32;
-
 use anyhow::{Error, Result};
 use framelock::LineEvent;
-use framelock::motion::{Failsafe, FailsafeParameters, Output, Phase, Setpoint};
+use framelock::motion::{Failsafe, Output, Phase, Setpoint};
 use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Policy};
 
-use crate::motion::LEVEL;
 use crate::parameters::Parameters;
-use crate::random::whole;
 use crate::sent_frame::SentFrame;
-use crate::statistics::Ratio;
 use crate::tally::ReceiverTally;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
@@ -50,21 +45,6 @@ pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
     u64::try_from(microseconds).unwrap_or(u64::MAX)
 }
 
-/// Returns the failsafe's parameters. The failsafe counts microseconds.
-fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
-    let microseconds = |milliseconds: f64| {
-        let rounded = (milliseconds * 1000.0).round();
-        u32::try_from(whole(rounded)).unwrap_or(u32::MAX)
-    };
-    let per_unit = microseconds(parameters.full_travel / f64::from(u8::MAX));
-    FailsafeParameters {
-        hold_after: microseconds(parameters.hold_after),
-        ramp_after: microseconds(parameters.ramp_after),
-        park: LEVEL.into(),
-        ticks_per_unit: [NonZeroU32::new(per_unit).unwrap_or(NonZeroU32::MIN); 3],
-    }
-}
-
 /// The effect of one byte on a station.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
@@ -100,21 +80,19 @@ pub struct Station {
     /// Whether the receiver has delivered something wrong since the last frame.
     is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
+    /// Whether the output followed the setpoints at the last poll.
+    is_following: bool,
     baud: u32,
-    hears_errors: bool,
     /// The longest time between the ends of two consecutive bytes that does not count as a gap.
     /// `idle_from` is the time after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
+    /// The time of the last commit.
     committed: u64,
-    /// The microseconds of silence after which the failsafe holds.
-    hold_after: u64,
-    /// The number of the frame delivered last, and the time of its delivery.
-    delivered: Option<(u64, u64)>,
-    is_following: bool,
-    /// The current loss: the number of intact frames lost since the last delivered frame, and the
-    /// time at which the first of them began. `None` if the last frame was delivered.
-    outage: Option<(u64, Option<u64>)>,
+    /// The number of the frame delivered last.
+    delivered: Option<u64>,
+    /// Whether the receiver has lost an intact frame since its last delivery.
+    is_deaf: bool,
     tally: ReceiverTally,
 }
 
@@ -123,23 +101,20 @@ impl Station {
         // Receiving the byte that ends the gap takes one byte time.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
         let receiver = AnyLine::of_setpoints(parameters.frame, kind.policy);
-        let failsafe = failsafe(parameters);
         Ok(Self {
             format: parameters.frame,
             receiver: receiver.map_err(Error::msg)?,
             received: 0,
             check: DeliveryCheck::default(),
             is_wrong: false,
-            failsafe: Failsafe::new(failsafe, 0)?,
-            hold_after: failsafe.hold_after.into(),
+            failsafe: Failsafe::new(parameters.failsafe, 0)?,
+            is_following: false,
             baud: parameters.baud,
-            hears_errors: !parameters.unreported,
             idle_limit: if kind.has_idle_gap { limit } else { u64::MAX },
             idle_from: u64::MAX,
             committed: 0,
             delivered: None,
-            is_following: true,
-            outage: None,
+            is_deaf: false,
             tally: ReceiverTally {
                 kind,
                 ..ReceiverTally::default()
@@ -175,11 +150,11 @@ impl Station {
         self.poll(at);
         self.tally.longest_silence = self.longest_silence(at);
         self.committed = at;
-        self.failsafe.frame(self.ticks(at), setpoint);
+        self.failsafe.frame(setpoint);
         self.poll(at);
         match self.check.delivered(&arrived) {
             Some((number, sent)) if sent == Some(setpoint) => {
-                self.delivered = Some((number, at));
+                self.delivered = Some(number);
                 return Outcome::Delivered;
             }
             Some(_) => self.tally.wrong_setpoints += 1,
@@ -193,7 +168,7 @@ impl Station {
     pub(crate) fn fate(&mut self, frame: &SentFrame) -> Fate {
         if std::mem::take(&mut self.is_wrong) {
             Fate::Wrong
-        } else if self.delivery(frame).is_some() {
+        } else if self.delivered == Some(frame.number) {
             Fate::Delivered
         } else if frame.is_intact {
             Fate::Missed
@@ -202,21 +177,8 @@ impl Station {
         }
     }
 
-    /// Returns the time at which the frame was delivered; `None` if the receiver did not deliver it.
-    fn delivery(&self, frame: &SentFrame) -> Option<u64> {
-        let (number, at) = self.delivered?;
-        (number == frame.number).then_some(at)
-    }
-
-    /// Reports a line error of the UART to the receiver, unless the parameters disable such
-    /// reports.
-    pub(crate) fn line_error(&mut self, event: LineEvent) {
-        if self.hears_errors {
-            self.line_event(event);
-        }
-    }
-
-    fn line_event(&mut self, event: LineEvent) {
+    /// Reports a line event to the receiver.
+    pub(crate) fn line_event(&mut self, event: LineEvent) {
         self.receiver.line_event(event, |_| ());
     }
 
@@ -232,23 +194,12 @@ impl Station {
         u32::from_le_bytes([a, b, c, d])
     }
 
-    fn poll(&mut self, at: u64) -> Output<u8, 3> {
-        let output = self.failsafe.poll(self.ticks(at));
-        self.tally.engagements += self.engagement(at, output);
-        self.is_following = self.is_following(at, output);
-        output
-    }
-
-    /// Returns 1 if the failsafe has just taken over, and 0 otherwise.
-    fn engagement(&self, at: u64, output: Output<u8, 3>) -> u64 {
-        u64::from(self.is_following && !self.is_following(at, output))
-    }
-
-    /// Returns true if the output equals the setpoint or approaches it. Also returns true until `hold_after` has passed
-    /// since the start, because no frame is late before that.
-    fn is_following(&self, at: u64, output: Output<u8, 3>) -> bool {
-        microseconds(at, self.baud) < self.hold_after
-            || matches!(output.phase, Phase::Live | Phase::Approach)
+    /// Polls the failsafe, and counts an engagement if the output has stopped following the setpoints.
+    pub(crate) fn poll(&mut self, at: u64) {
+        let phase = self.failsafe.poll(self.ticks(at)).phase;
+        let is_following = matches!(phase, Phase::Live | Phase::Approach);
+        self.tally.engagements += u64::from(self.is_following && !is_following);
+        self.is_following = is_following;
     }
 
     /// Returns the output at this time.
@@ -257,56 +208,30 @@ impl Station {
         { self.failsafe }.poll(self.ticks(at))
     }
 
-    /// Returns the current output and records its difference from `demand`.
-    pub(crate) fn look(&mut self, at: u64, demand: Setpoint) -> Output<u8, 3> {
-        let output = self.poll(at);
-        for (actual, demanded) in output.axes.into_iter().zip(<[u8; 3]>::from(demand)) {
-            let difference = actual.abs_diff(demanded);
-            self.tally.largest_error = self.tally.largest_error.max(difference);
-            self.tally.error_squares += u64::from(difference).pow(2);
-        }
-        self.tally.looks += 1;
-        output
-    }
-
     fn longest_silence(&self, at: u64) -> u64 {
         let silence = microseconds(at - self.committed, self.baud);
         self.tally.longest_silence.max(silence)
     }
 
-    /// Records the outcome of a frame that began at the time `began`. Call this when no more bytes of the frame can
-    /// come. Call it for frames in the order in which they were sent, and for each frame before the next frame ends.
-    pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
-        let began = frame.is_intact.then_some(began);
-        let Some(at) = self.delivery(frame) else {
-            let (lost, since) = self.outage.unwrap_or_default();
-            let more = u64::from(frame.is_intact);
-            self.tally.lost_intact += more;
-            self.outage = Some((lost + more, since.or(began)));
-            return;
-        };
-        self.tally.delivered += 1;
-        // The delivery of a frame that is not intact does not prove that the receiver is in step
-        // again.
-        if let Some((lost, since)) = self.outage.take()
-            && let Some(since) = since.or(began)
-        {
-            let time = microseconds(at - since, self.baud);
-            *self.tally.back_by_frames.entry(lost).or_default() += 1;
-            *self.tally.back_by_microseconds.entry(time).or_default() += 1;
+    /// Records the outcome of a frame. Call this when no more bytes of the frame can come. Call it for frames in the
+    /// order in which they were sent, and for each frame before the next frame ends.
+    pub(crate) fn settle(&mut self, frame: &SentFrame) {
+        if self.delivered == Some(frame.number) {
+            self.tally.delivered += 1;
+            self.is_deaf = false;
+        } else if frame.is_intact {
+            self.tally.lost_intact += 1;
+            self.is_deaf = true;
         }
     }
 
-    /// Returns the counts up to the time `at`. `bytes_lost` is the number of bytes that the line
-    /// has lost in this trial.
-    pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
-        let mut tally = self.tally.clone();
-        let counters = self.receiver.counters();
-        tally.bytes_discarded = counters.discarded.total().into();
-        tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
-        tally.engagements += self.engagement(at, self.output(at));
-        tally.longest_silence = self.longest_silence(at);
-        tally.lost_per_byte = Ratio::of(tally.lost_intact, bytes_lost);
-        tally
+    /// Returns the counts up to the time `at`.
+    pub(crate) fn tally(&self, at: u64) -> ReceiverTally {
+        ReceiverTally {
+            bytes_discarded: self.receiver.counters().discarded.total().into(),
+            deaf: self.is_deaf.into(),
+            longest_silence: self.longest_silence(at),
+            ..self.tally
+        }
     }
 }

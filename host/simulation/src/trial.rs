@@ -4,23 +4,21 @@ use std::collections::VecDeque;
 
 use anyhow::Result;
 use framelock::LineEvent;
-use framelock::motion::{Output, Setpoint};
+use framelock::motion::Output;
 use rand::Rng;
 
 use crate::byte_faults::{ByteFaults, FaultRates};
-use crate::line::NoisyLine;
-use crate::motion::LEVEL;
+use crate::line::{NoisyLine, check_rate};
 use crate::parameters::Parameters;
 use crate::payload::{Transmission, frames};
 use crate::random::{Purpose, Seed, whole};
 use crate::sent_frame::{Origin, SentFrame};
-use crate::station::{Fate, Outcome, Station, StationKind, microseconds};
+use crate::station::{Fate, Outcome, Station, StationKind};
 use crate::tally::{LineTally, Tally};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
-/// How often per second the output of the failsafe is compared with the setpoint sent last: as often as the firmware's
-/// main loop runs.
-const LOOKS_PER_SECOND: f64 = 500.0;
+/// How often per second the failsafes are polled: as often as the firmware's main loop runs.
+const POLLS_PER_SECOND: u32 = 500;
 
 /// An event of a trial.
 #[derive(Clone, Debug)]
@@ -42,21 +40,23 @@ pub enum Event {
         /// The frame's outcome at each station.
         fates: Vec<Fate>,
     },
-    /// The outputs of the failsafes were compared with the setpoint sent last.
-    Look {
-        /// The time since the beginning of the trial.
-        microseconds: u64,
-        /// The setpoint of the frame sent last.
-        demand: Setpoint,
-        /// The output of each station.
-        outputs: Vec<Output<u8, 3>>,
-    },
+}
+
+/// Runs all trials.
+///
+/// # Errors
+/// Returns an error if the parameters contradict each other.
+pub fn run_all(parameters: &Parameters) -> Result<Tally> {
+    (0..parameters.trials).try_fold(Tally::default(), |sum, number| {
+        let trial = run(parameters, number.into(), false)?;
+        Ok(sum.and(trial.tally()))
+    })
 }
 
 /// Runs trial `number` to its end. If `is_watched`, the trial contains all its events.
 ///
 /// # Errors
-/// Returns an error if the parameters are out of their ranges or contradict each other.
+/// Returns an error if the parameters contradict each other.
 pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Trial> {
     let seed = Seed {
         seed: parameters.seed,
@@ -64,19 +64,11 @@ pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Tri
     };
     let rates = FaultRates {
         drop: parameters.lose,
-        duplicate: parameters.duplicate,
         ..FaultRates::default()
     };
     let mut trial = Trial::new(parameters, seed, rates, &StationKind::of(parameters.frame))?;
     trial.events = is_watched.then(Vec::new);
-    let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
-    for (number, frame) in (0..parameters.frames).zip(frames(parameters, seed)) {
-        trial.advance_to(whole(f64::from(number) * bits_per_frame));
-        trial.send(number.into(), frame);
-    }
-    trial.send_rest();
-    // Run until the last frames have arrived completely.
-    trial.advance_to(trial.line.sent + 3 * BITS_PER_BYTE);
+    trial.send_all(parameters, seed);
     Ok(trial)
 }
 
@@ -89,22 +81,17 @@ pub struct Trial {
     pub is_faulty: bool,
     /// The position of a byte that will be lost on arrival.
     pub lost: Option<Origin>,
-    baud: u32,
-    /// The distance between the beginnings of two consecutive bytes, in bits.
-    byte_step: u64,
     line: NoisyLine,
     /// The recent frames whose outcome is still open, including the frame being sent.
     frames: VecDeque<SentFrame>,
     faults: ByteFaults,
     stations: Vec<Station>,
     tally: LineTally,
-    /// The setpoint of the frame sent last, and the bit from which the stations should follow it. This bit is one byte
-    /// time after the end of the frame, because the clocks of sender and receiver differ.
-    demand: Setpoint,
-    settled: u64,
-    /// The bit of the next comparison of outputs, and the number of bits between comparisons.
-    next_look: u64,
-    looks_every: u64,
+    /// The bit at which the last frame ended.
+    ended: u64,
+    /// The bit of the next poll of the failsafes, and the number of bits between polls.
+    next_poll: u64,
+    poll_every: u64,
 }
 
 impl Trial {
@@ -112,37 +99,41 @@ impl Trial {
     /// after the UART.
     ///
     /// # Errors
-    /// Returns an error if the parameters are out of their ranges or contradict each other, or a station cannot receive
-    /// the frame format.
+    /// Returns an error if the parameters contradict each other, or a station cannot receive the frame format.
     pub fn new(
         parameters: &Parameters,
         seed: Seed,
         rates: FaultRates,
         stations: &[StationKind],
     ) -> Result<Self> {
-        parameters.check()?;
-        let mut once = seed.random(Purpose::Once);
-        let phase = once.random_range(0..TICK);
+        let length = parameters.frame.length();
+        check_rate(parameters.rate, length, parameters.baud, 1e3)?;
+        let phase = seed.random(Purpose::Once).random_range(0..TICK);
         let stations = stations.iter().map(|&kind| Station::new(parameters, kind));
         Ok(Self {
             events: None,
             is_faulty: true,
-            lost: parameters.lose_one_in.map(|frame| Origin {
-                frame: frame.into(),
-                place: once.random_range(0..parameters.frame.length()),
-            }),
-            baud: parameters.baud,
-            byte_step: BITS_PER_BYTE + u64::from(parameters.byte_gap),
+            lost: None,
             line: NoisyLine::new(parameters, seed, phase),
             frames: VecDeque::new(),
             faults: ByteFaults::new(rates, seed),
             stations: stations.collect::<Result<_>>()?,
             tally: LineTally::default(),
-            demand: LEVEL,
-            settled: 0,
-            next_look: 0,
-            looks_every: whole(f64::from(parameters.baud) / LOOKS_PER_SECOND).max(1),
+            ended: 0,
+            next_poll: 0,
+            poll_every: u64::from(parameters.baud / POLLS_PER_SECOND).max(1),
         })
+    }
+
+    /// Sends the frames of the parameters, and runs until they have arrived completely.
+    pub fn send_all(&mut self, parameters: &Parameters, seed: Seed) {
+        let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
+        for (number, frame) in (0..parameters.frames).zip(frames(parameters, seed)) {
+            self.advance_to(whole(f64::from(number) * bits_per_frame));
+            self.send(number.into(), frame);
+        }
+        self.send_rest();
+        self.advance_to(self.line.sent + 3 * BITS_PER_BYTE);
     }
 
     /// Returns the stations at the end of the line, each with its current output.
@@ -167,7 +158,7 @@ impl Trial {
     /// Returns the bit at which the next byte of the current frame begins, if there is one.
     fn next_byte(&self) -> Option<u64> {
         let frame = self.frames.back().filter(|frame| !frame.is_sent())?;
-        Some(frame.begin + frame.sent as u64 * self.byte_step)
+        Some(frame.begin + frame.sent as u64 * BITS_PER_BYTE)
     }
 
     /// Sends the rest of the current frame.
@@ -181,14 +172,14 @@ impl Trial {
     /// idle when there is nothing to send.
     pub fn advance_to(&mut self, bit: u64) {
         loop {
-            let (now, look) = (self.line.sent, self.next_look.max(self.settled));
+            let now = self.line.sent;
             let byte = self.next_byte().unwrap_or(u64::MAX);
-            if look <= now {
-                self.look();
+            if self.next_poll <= now {
+                self.poll();
             } else if byte <= now && byte + BITS_PER_BYTE <= bit {
                 self.send_byte();
             } else if now < bit.min(byte) {
-                self.line.idle_until(bit.min(byte).min(look));
+                self.line.idle_until(bit.min(byte).min(self.next_poll));
                 self.hear();
             } else {
                 return;
@@ -205,23 +196,16 @@ impl Trial {
         self.tally.bytes_sent += 1;
         current.sent += 1;
         if current.is_sent() {
-            self.demand = current.transmission.setpoint.unwrap_or(self.demand);
-            self.settled = self.line.sent + BITS_PER_BYTE;
+            self.ended = self.line.sent;
         }
         self.hear();
     }
 
-    fn look(&mut self) {
-        let (now, demand) = (self.line.now(), self.demand);
-        let outputs = self.stations.iter_mut().map(|each| each.look(now, demand));
-        let look = Event::Look {
-            microseconds: microseconds(now, self.baud),
-            demand,
-            outputs: outputs.collect(),
-        };
-        self.see(look);
-        while self.next_look <= self.line.sent {
-            self.next_look += self.looks_every;
+    fn poll(&mut self) {
+        let now = self.line.now();
+        self.stations.iter_mut().for_each(|each| each.poll(now));
+        while self.next_poll <= self.line.sent {
+            self.next_poll += self.poll_every;
         }
     }
 
@@ -235,12 +219,11 @@ impl Trial {
         while let Some(heard) = self.line.uart.hear() {
             match heard {
                 Heard::Byte { byte, start, at } => self.hear_byte(byte, start, at),
-                Heard::Error { event, .. } => {
-                    self.tally.framing_errors += u64::from(event == LineEvent::Framing);
-                    self.tally.breaks += u64::from(event == LineEvent::Break);
+                Heard::FramingError => {
+                    self.tally.framing_errors += 1;
                     self.frames.iter_mut().for_each(SentFrame::line_error);
                     let stations = self.stations.iter_mut();
-                    stations.for_each(|station| station.line_error(event));
+                    stations.for_each(|station| station.line_event(LineEvent::Framing));
                 }
             }
         }
@@ -250,7 +233,7 @@ impl Trial {
     fn hear_byte(&mut self, byte: u8, start: u64, at: u64) {
         let bit = self.line.bit_at(start);
         let mut frames = self.frames.iter();
-        let sent = frames.find_map(|frame| frame.byte_at(bit, self.byte_step));
+        let sent = frames.find_map(|frame| frame.byte_at(bit));
         let is_lost = sent.is_some_and(|(origin, _)| self.lost == Some(origin));
         let [inserted, received, again] = match self.is_faulty {
             _ if is_lost => [None; 3],
@@ -308,7 +291,7 @@ impl Trial {
     /// Records the outcome of each frame of which no more bytes can come. This is certain two byte
     /// times after the frame's end.
     fn settle(&mut self) {
-        let is_open = self.line.sent < self.settled + BITS_PER_BYTE;
+        let is_open = self.line.sent < self.ended + 2 * BITS_PER_BYTE;
         while !is_open
             && self.frames.front().is_some_and(SentFrame::is_sent)
             && let Some(frame) = self.frames.pop_front()
@@ -316,9 +299,8 @@ impl Trial {
             if frame.transmission.setpoint.is_some() {
                 self.tally.frames_sent += 1;
                 self.tally.frames_intact += u64::from(frame.is_intact);
-                let began = self.line.instant(frame.begin);
                 let stations = self.stations.iter_mut();
-                stations.for_each(|station| station.settle(&frame, began));
+                stations.for_each(|station| station.settle(&frame));
             }
         }
     }
@@ -328,7 +310,7 @@ impl Trial {
     #[must_use]
     pub fn tally(&self) -> Tally {
         let stations = self.stations.iter();
-        let receivers = stations.map(|each| each.tally(self.line.now(), self.tally.bytes_lost));
+        let receivers = stations.map(|each| each.tally(self.line.now()));
         Tally {
             trials: 1,
             line: self.tally,

@@ -4,12 +4,9 @@
 //! level at each tick. It decides the start bit and every following bit by a majority of the levels
 //! at the ticks 7, 8 and 9 of that bit. If the start bit is decided as high, it was noise and is
 //! ignored. A low stop bit is a framing error. The UART then behaves like the nRF52840's UARTE: it
-//! does not store the byte, and it reports a break if the line stays low for longer than a
-//! character. The UART receives nothing more before the line has been high again.
+//! does not store the byte, and receives nothing more before the line has been high again.
 
 use std::collections::VecDeque;
-
-use framelock::LineEvent;
 
 /// The length of a tick in time steps. A tick has 2^16 steps, so that the sender's clock can be set
 /// with a resolution of a millionth.
@@ -30,14 +27,14 @@ const STOP_BIT: u64 = BITS_PER_BYTE - 1;
 const FIRST_SAMPLE: u64 = 7;
 const LAST_SAMPLE: u64 = 9;
 
-/// An event that the receiver reports, with its time.
+/// An event that the receiver reports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Heard {
     /// A byte. The UART saw the byte's start bit at `start` and decided the byte's stop bit at
     /// `at`.
     Byte { byte: u8, start: u64, at: u64 },
-    /// A low stop bit or, after it, a line that stays low for longer than a character.
-    Error { event: LineEvent, at: u64 },
+    /// A low stop bit.
+    FramingError,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -46,10 +43,8 @@ enum State {
     #[default]
     Hunting,
     Character(Character),
-    /// Waits for a high level. Reports a break at the tick `break_at`.
-    Low {
-        break_at: u64,
-    },
+    /// Waits for a high level.
+    Low,
 }
 
 /// The character being received.
@@ -61,8 +56,6 @@ struct Character {
     high: u64,
     /// The bits decided so far. The last one is the most significant.
     bits: u16,
-    /// The tick after the last high sample.
-    low_since: u64,
 }
 
 /// A receiving UART that starts at time 0.
@@ -86,7 +79,7 @@ impl Uart {
         let end = until.div_ceil(TICK);
         while self.tick < end {
             match self.state {
-                State::Hunting | State::Low { .. } if level => {
+                State::Hunting | State::Low if level => {
                     self.state = State::Hunting;
                     self.tick = end;
                 }
@@ -95,16 +88,10 @@ impl Uart {
                         start: self.tick,
                         high: 0,
                         bits: 0,
-                        low_since: self.tick,
                     });
                     self.tick += FIRST_SAMPLE;
                 }
-                State::Low { break_at } => {
-                    if (self.tick..end).contains(&break_at) {
-                        self.error(LineEvent::Break, break_at);
-                    }
-                    self.tick = end;
-                }
+                State::Low => self.tick = end,
                 State::Character(character) => self.state = self.sample(character, level, end),
             }
         }
@@ -117,7 +104,6 @@ impl Uart {
         let end = end.min(last + 1);
         if level {
             character.high += end - self.tick;
-            character.low_since = end;
         }
         self.tick = end;
         if end <= last {
@@ -134,9 +120,8 @@ impl Uart {
                 State::Hunting
             }
             STOP_BIT => {
-                self.error(LineEvent::Framing, last);
-                let break_at = character.low_since + BITS_PER_BYTE * OVERSAMPLING + 1;
-                State::Low { break_at }
+                self.heard.push_back(Heard::FramingError);
+                State::Low
             }
             _ => {
                 // Data bits arrive least significant first.
@@ -146,11 +131,6 @@ impl Uart {
                 State::Character(character)
             }
         }
-    }
-
-    fn error(&mut self, event: LineEvent, tick: u64) {
-        let at = tick * TICK;
-        self.heard.push_back(Heard::Error { event, at });
     }
 }
 

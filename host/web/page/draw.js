@@ -126,7 +126,8 @@ function makeMachine() {
   });
   const legs = drawing('svg', { viewBox: '0 0 150 130', role: 'img' }, ...card.legs.flatMap((leg) => leg.parts));
   Object.assign(card, { picture: legs, values: element('table'), counts: element('table'), window: element('div', { className: 'window' }) });
-  Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs), fields: element('table', { className: 'given' }) });
+  card.reason = element('p', { className: 'hint reason' });
+  Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs, card.reason), fields: element('table', { className: 'given' }) });
   const caption = element('small', { textContent: 'Pending bytes, and the parts of a frame that they may be' });
   card.given = element('div', {}, element('small', { textContent: 'The last delivered frame' }), card.fields);
   card.append(title, card.axes, card.diagram, caption, card.window, card.given, card.counts);
@@ -163,13 +164,14 @@ function drawMachine(card, machine) {
   ]);
 }
 
-function drawAxes(card, { temporary, setpoint, output, phase }) {
+function drawAxes(card, { temporary, setpoint, output, phase, reason }) {
   const cell = (byte) => (byte === null || byte === undefined ? '–' : byte);
   rows(card.values, [
     ['', 'temporary', 'current', 'actuator'],
     ...AXES.map((axis, index) => [axis, cell(temporary[index]), cell(setpoint?.[axis]), output[axis]]),
     ['failsafe', '', '', phase.toUpperCase()],
   ]);
+  say(card.reason, reason ? `${phase}: ${reason}` : '');
   card.picture.setAttribute('aria-label', `Actuators: ${AXES.map((axis) => `${axis} ${output[axis]}`).join(', ')}; failsafe ${phase}`);
   AXES.forEach((axis, index) => {
     const height = (value) => 100 - (value / 255) * 96;

@@ -6,9 +6,6 @@ let shown = ''; // the frame format for which the settings are shown
 let view = null;
 let position = 0;
 let playing = false;
-let file = new Uint8Array(0);
-let wanted = ''; // the address that is shown, or that waits for its file
-let opened = 0; // counts calls of open(), so that decoding stops when another address is opened
 let edited = null; // the place on the line of the byte being edited
 let written = 0; // the time of the last request to write the address
 let later = 0; // the timer that will write the address
@@ -19,32 +16,19 @@ function complain(error) {
   say($('error'), error ? String(error) : '');
 }
 
-/** Opens the scenario of an address and decodes it in pieces. */
-async function open(address) {
-  const turn = ++opened;
+/** Opens the scenario of an address. */
+function open(address) {
   clearTimeout(typed);
   pause();
   let next;
   try {
-    next = wasm_bindgen.Run.open(address, /(^|&)file=/.test(address) ? file : new Uint8Array(0));
+    next = wasm_bindgen.Run.open(address);
   } catch (error) {
-    wanted = address;
     return complain(error);
   }
   complain('');
-  let since = performance.now();
-  for (let decoded = 0; (decoded = next.decode()) < next.bytes(); ) {
-    if (performance.now() - since < 30) continue;
-    $('progress').hidden = false;
-    $('progress').value = decoded / next.bytes();
-    await new Promise((resolve) => setTimeout(resolve));
-    if (turn !== opened) return next.free();
-    since = performance.now();
-  }
-  $('progress').hidden = true;
   page?.free();
   page = next;
-  wanted = address;
   position = page.position();
   closeEditor();
   draw();
@@ -78,7 +62,7 @@ function remember() {
 
 function change(pairs) {
   try {
-    return open(page.with(`at=${position}&${pairs}`));
+    open(page.with(`at=${position}&${pairs}`));
   } catch (error) {
     complain(error);
   }
@@ -92,7 +76,7 @@ function showSettings() {
     else control.value = value ?? control.defaultValue;
   }
   $('own').value = (settings.get('bytes') ?? '').replace(/..(?=.)/g, '$& ');
-  const own = settings.has('bytes') || settings.has('file');
+  const own = settings.has('bytes');
   $('sender').disabled = own;
   $('again').hidden = !own;
   const frame = settings.get('frame');
@@ -180,10 +164,10 @@ function closeEditor() {
   $('editor').hidden = true;
 }
 
-async function edit(action, value = 0) {
+function edit(action, value = 0) {
   const place = edited;
   const pressed = document.activeElement;
-  await open(`${page.edited(place, action, value)}&at=${position}`);
+  open(`${page.edited(place, action, value)}&at=${position}`);
   const node = $('cells').children[view.cells.findIndex((cell) => cell.place === place)];
   if (action !== 'flip' || !node) return focusCell(node);
   openEditor(node); // the user may flip another bit
@@ -197,19 +181,10 @@ function focusCell(node) {
 }
 
 /** Sends these bytes instead of frames, and plays. */
-async function sendBytes(text) {
+function sendBytes(text) {
   const before = page;
-  await change(`edits=&at=0&bytes=${text}`);
+  change(`edits=&at=0&bytes=${text}`);
   if (page !== before) play();
-}
-
-async function send(chosen) {
-  file = new Uint8Array(await chosen.arrayBuffer());
-  if (file.length === 0) return complain(`${chosen.name} is empty`);
-  const waits = new URLSearchParams(wanted).get('file');
-  if (Number(waits) === file.length) return open(wanted);
-  if (file.length <= 1024) return sendBytes([...file].map(hex).join(''));
-  return open(page.with(`edits=&bytes=&at=0&file=${file.length}`));
 }
 
 function listen() {
@@ -253,13 +228,6 @@ function listen() {
   $('send').onclick = () => sendBytes($('own').value);
   $('own').onkeydown = (event) => void (event.key === 'Enter' && $('send').click());
   $('again').onclick = () => change('bytes=&edits=&at=0');
-  const take = (files) => files.length && send(files[0]).catch(complain);
-  $('file').onchange = (event) => take(event.target.files);
-  ondragover = (event) => event.preventDefault();
-  ondrop = (event) => {
-    event.preventDefault();
-    take(event.dataTransfer.files);
-  };
   onkeydown = (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest('input, select, textarea')) return;
     if (event.key === 'Escape') return closeEditor();
@@ -273,8 +241,8 @@ function listen() {
   onhashchange = () => open(location.hash.slice(1));
 }
 
-async function show(preset) {
-  await open(preset.address);
+function show(preset) {
+  open(preset.address);
   $('speed').value = view.bytes < 60 ? 7 : 30;
   play();
 }
@@ -289,14 +257,13 @@ async function main() {
   document.querySelector('[data-key=frame]').append(...frames.map(([value, about]) => element('option', { value, textContent: `${value}: ${about}` })));
   listen();
   const address = location.hash.slice(1);
-  if (address) await open(address);
+  if (address) open(address);
   if (page) return;
   const complaint = $('error').textContent;
-  await open(presets[0].address);
+  open(presets[0].address);
   if (!complaint) return matchMedia('(prefers-reduced-motion: reduce)').matches || play();
-  // Keep the address, so that the user can correct it or supply its file.
+  // Keep the address, so that the user can correct it.
   complain(complaint);
-  wanted = address;
   clearTimeout(later);
   history.replaceState(null, '', '#' + address);
 }

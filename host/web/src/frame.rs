@@ -38,7 +38,7 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
             frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));
         stream.extend(frame.unwrap_or_default());
         // Frames of the user's own may be long, so limit the stream.
-        if stream.len() > 1 << 20 {
+        if stream.len() > 1 << 16 {
             break;
         }
     }

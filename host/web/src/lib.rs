@@ -10,7 +10,7 @@
 //!
 //! ```
 //! // The payload contains sync bytes, and the first byte of the fourth frame is lost.
-//! let run = framelock_web::Run::open("payload=00414200&edits=21d", &[])?;
+//! let run = framelock_web::Run::open("payload=00414200&edits=21d")?;
 //! assert!(run.view(280, 0, 0).contains("DEAF"));
 //! # Ok::<(), String>(())
 //! ```

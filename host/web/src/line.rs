@@ -36,21 +36,12 @@ impl Cell {
     }
 }
 
-/// Returns the line of a scenario. `file` holds the bytes to send if the scenario sends a file.
-pub(crate) fn line(
-    scenario: &Scenario,
-    protocol: &Protocol,
-    file: &[u8],
-) -> Result<Vec<Cell>, String> {
-    let bytes = match (scenario.file, protocol.setpoints) {
-        (0, _) if !scenario.own.is_empty() => scenario.own.clone(),
-        (0, Some(format)) => simulated(scenario, format)?,
-        (0, None) => examples(&protocol.description, scenario.frames, scenario.seed),
-        (length, _) if length == file.len() => file.to_vec(),
-        (expected, _) => {
-            let what = format!("this link needs a file of {expected} bytes: drop it here");
-            return Err(what);
-        }
+/// Returns the line of a scenario.
+pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>, String> {
+    let bytes = match protocol.setpoints {
+        _ if !scenario.own.is_empty() => scenario.own.clone(),
+        Some(format) => simulated(scenario, format)?,
+        None => examples(&protocol.description, scenario.frames, scenario.seed),
     };
     let mut cells = sent(&bytes, protocol)?;
     if scenario.lose + scenario.flip > 0.0 {
@@ -99,9 +90,7 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
             last.ends = u32::try_from(length).unwrap_or(u32::MAX);
         }
     };
-    for piece in bytes.chunks(1 << 16) {
-        receiver.feed(piece, &mut decided);
-    }
+    receiver.feed(bytes, &mut decided);
     // The line ends after the last byte.
     receiver.line_event(LineEvent::Idle, decided);
     let mut now = 0;
@@ -127,7 +116,7 @@ fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String>
     let events = trial.events.into_iter().flatten();
     let received = events.filter_map(|event| match event {
         Event::Byte { received, .. } => received,
-        Event::Look { .. } | Event::Frame { .. } => None,
+        Event::Frame { .. } => None,
     });
     Ok(received.collect())
 }

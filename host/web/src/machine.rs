@@ -2,23 +2,24 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::num::NonZeroU32;
 use std::ops::Range;
 
 use framelock::lecture::Lecture;
-use framelock::motion::{Failsafe, FailsafeParameters, Setpoint};
+use framelock::motion::{Failsafe, FailsafeParameters, Output, Setpoint};
 use framelock::{DiscardReason, LineEvent};
-use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, TrackedLine};
+use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, Standstill, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
 /// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
-/// eight. An axis takes a second to move from one end to the other.
+/// eight. An axis takes a second to move from one end to the other. Two frames start it.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
-    park: [LEVEL.pitch, LEVEL.roll, LEVEL.yaw],
-    ticks_per_unit: [NonZeroU32::new(4).expect("4 is not 0"); 3],
+    frames_to_start: 2,
+    approach_for: 1,
+    live_travel: 400,
+    ..FailsafeParameters::for_clock(1_000, 50, [LEVEL.pitch, LEVEL.roll, LEVEL.yaw])
 };
 
 /// Counts of the outcomes of frames.
@@ -41,7 +42,9 @@ pub(crate) struct Tally {
 pub(crate) struct Machine {
     pub(crate) line: TrackedLine,
     setpoints: Option<FrameFormat>,
-    pub(crate) failsafe: Failsafe<u8, 3>,
+    failsafe: Failsafe<u8, 3>,
+    pub(crate) output: Output<u8, 3>,
+    pub(crate) standstill: Standstill,
     /// The frame delivered last.
     pub(crate) frame: Vec<u8>,
     /// The positions of the pending bytes on the line.
@@ -78,10 +81,13 @@ impl fmt::Display for Fate {
 
 impl Machine {
     pub(crate) fn new(line: AnyLine, setpoints: Option<FrameFormat>) -> Self {
+        let mut failsafe = Failsafe::new(FAILSAFE, 0).expect("the parameters do not contradict");
         Self {
             line: TrackedLine::new(line),
             setpoints,
-            failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
+            output: failsafe.poll(0),
+            failsafe,
+            standstill: Standstill::new(1_000, FAILSAFE.hold_after),
             frame: Vec::new(),
             places: VecDeque::new(),
             fates: Vec::new(),
@@ -90,8 +96,8 @@ impl Machine {
         }
     }
 
-    /// Processes the byte at this position on the line. If this byte completes a frame that arrived
-    /// intact, `whole` is the frame's length.
+    /// Processes the byte at this position on the line, which arrives at the time `at`. If this byte
+    /// completes a frame that arrived intact, `whole` is the frame's length.
     pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
         self.places.push_back(place);
         if let Some(length) = whole {
@@ -99,13 +105,21 @@ impl Machine {
             self.check.arrived(end.saturating_sub(length)..end, at);
         }
         let pieces = self.line.push(byte);
-        self.decided(pieces, at);
+        self.decided(pieces);
     }
 
-    /// Tells the machine that the line is idle at this time.
-    pub(crate) fn idle(&mut self, at: u32) {
+    /// Tells the machine that the line is idle.
+    pub(crate) fn idle(&mut self) {
         let pieces = self.line.line_event(LineEvent::Idle);
-        self.decided(pieces, at);
+        self.decided(pieces);
+    }
+
+    /// Polls the failsafe at this time.
+    pub(crate) fn poll(&mut self, now: u32) {
+        self.output = self.failsafe.poll(now);
+        let frames = self.line.counters().frames.into();
+        let slow_frames = self.failsafe.slow_frames();
+        self.standstill.polled(now, frames, slow_frames);
     }
 
     /// Returns the setpoint delivered last.
@@ -113,12 +127,20 @@ impl Machine {
         self.setpoints?.setpoint(&self.frame)
     }
 
+    /// Returns the machine's name.
+    pub(crate) fn name(&self) -> &'static str {
+        match self.lecture() {
+            Some(_) => "the lecture's machine",
+            None => "framelock",
+        }
+    }
+
     /// Returns the lecture's machine, or `None` if this is framelock's receiver.
     pub(crate) fn lecture(&self) -> Option<&Lecture> {
         self.line.line().lecture()
     }
 
-    fn decided(&mut self, pieces: Vec<Piece>, at: u32) {
+    fn decided(&mut self, pieces: Vec<Piece>) {
         for piece in pieces {
             let Piece {
                 from,
@@ -131,7 +153,7 @@ impl Machine {
             } else {
                 self.frame = bytes;
                 if let Some(setpoint) = self.setpoint() {
-                    self.failsafe.frame(at, setpoint);
+                    self.failsafe.frame(setpoint);
                 }
                 self.deliver(from..from + count)
             };

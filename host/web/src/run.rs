@@ -18,7 +18,7 @@ const SILENT_STEP: u32 = 50;
 const IDLE_AFTER: u32 = 35;
 
 /// The distance between saved states, in bytes.
-const KEPT_EVERY: usize = 1 << 14;
+const SAVED_EVERY: usize = 1 << 10;
 
 /// The machines at one position on the line.
 #[derive(Clone)]
@@ -40,9 +40,8 @@ pub struct Run {
     scenario: Scenario,
     pub(crate) protocol: Protocol,
     pub(crate) cells: Vec<Cell>,
-    start: State,
-    /// The state after each decoded piece of [`KEPT_EVERY`] bytes.
-    kept: Vec<State>,
+    /// The states at the beginning and after every [`SAVED_EVERY`] bytes, so that any position is reached in few steps.
+    saved: Vec<State>,
     /// The position after the first frame that arrived intact and that a machine did not deliver.
     pub(crate) first_missed: Option<usize>,
 }
@@ -53,12 +52,11 @@ pub struct Run {
     reason = "calling a method only for its result is harmless"
 )]
 impl Run {
-    /// Opens the scenario of an address without decoding anything yet. `file` holds the bytes to
-    /// send if the scenario sends a file.
+    /// Opens the scenario of an address, and runs the machines along the whole line.
     ///
     /// # Errors
-    /// Returns an error if the address is malformed, or it was made with a file of another length.
-    pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
+    /// Returns an error if the address is malformed.
+    pub fn open(address: &str) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
         let protocol = protocol(&scenario)?;
         // The lecture's machine does not receive all frames.
@@ -66,38 +64,32 @@ impl Run {
         let framelock = AnyLine::new(&protocol, Policy::Framelock)?;
         let lines = lecture.into_iter().chain([framelock]);
         let machines = lines.map(|line| Machine::new(line, protocol.setpoints));
-        let machines = machines.collect();
-        Ok(Self {
-            cells: line(&scenario, &protocol, file)?,
+        let mut state = State {
+            machines: machines.collect(),
+            position: 0,
+            now: 0,
+            as_sent: 0,
+            idle_at: None,
+        };
+        let mut run = Self {
+            cells: line(&scenario, &protocol)?,
             scenario,
             protocol,
-            start: State {
-                machines,
-                position: 0,
-                now: 0,
-                as_sent: 0,
-                idle_at: None,
-            },
-            kept: Vec::new(),
+            saved: Vec::new(),
             first_missed: None,
-        })
-    }
-
-    /// Decodes one more piece, so that positions after this piece can be shown immediately. Returns the number of bytes
-    /// decoded so far.
-    pub fn decode(&mut self) -> usize {
-        let done = self.kept.len() * KEPT_EVERY;
-        let until = self.cells.len().min(done + KEPT_EVERY);
-        let mut state = self.kept_before(done);
-        while state.position < until {
-            self.step(&mut state);
+        };
+        while state.position < run.cells.len() {
+            if state.position.is_multiple_of(SAVED_EVERY) {
+                run.saved.push(state.clone());
+            }
+            run.step(&mut state);
             let mut machines = state.machines.iter();
-            if self.first_missed.is_none() && machines.any(|machine| machine.tally.missed > 0) {
-                self.first_missed = Some(state.position);
+            if run.first_missed.is_none() && machines.any(|machine| machine.tally.missed > 0) {
+                run.first_missed = Some(state.position);
             }
         }
-        self.kept.push(state);
-        until
+        run.saved.push(state);
+        Ok(run)
     }
 
     /// Returns the number of bytes on the line.
@@ -151,10 +143,10 @@ impl Run {
     }
 
     /// Returns the last saved state at or before a position.
-    pub(crate) fn kept_before(&self, position: usize) -> State {
-        let nth = (position / KEPT_EVERY).checked_sub(1);
-        let kept = nth.and_then(|nth| self.kept.get(nth));
-        kept.unwrap_or(&self.start).clone()
+    pub(crate) fn saved_before(&self, position: usize) -> State {
+        let mut states = self.saved.iter().rev();
+        let before = states.find(|state| state.position <= position);
+        before.expect("the beginning is saved").clone()
     }
 
     /// Advances by one byte or by one step of silence.
@@ -164,11 +156,20 @@ impl Run {
         for machine in &mut state.machines {
             machine.fates.clear();
         }
-        let Some(cell) = self.cells.get(place) else {
+        if let Some(cell) = self.cells.get(place) {
+            state.now = cell.at;
+            self.carry(state, place, cell);
+        } else {
             state.now += SILENT_STEP;
-            return state.idle();
-        };
-        state.now = cell.at;
+            state.idle();
+        }
+        for machine in &mut state.machines {
+            machine.poll(state.now);
+        }
+    }
+
+    /// Passes the byte at this place to the machines, if it arrives.
+    fn carry(&self, state: &mut State, place: usize, cell: &Cell) {
         let is_as_sent = cell.sent.is_some() && cell.sent == cell.received;
         state.as_sent = if is_as_sent { state.as_sent + 1 } else { 0 };
         if let Some(byte) = cell.received {
@@ -186,10 +187,8 @@ impl Run {
 impl State {
     /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
-        if let Some(at) = self.idle_at.take_if(|at| *at < self.now) {
-            self.machines
-                .iter_mut()
-                .for_each(|machine| machine.idle(at));
+        if self.idle_at.take_if(|at| *at < self.now).is_some() {
+            self.machines.iter_mut().for_each(Machine::idle);
         }
     }
 }

@@ -32,9 +32,6 @@ pub(crate) struct Scenario {
     pub(crate) idle: bool,
     /// The user's own bytes, which are sent instead of frames.
     pub(crate) own: Vec<u8>,
-    /// The length of a file that is sent instead of frames. The address does not contain the file's
-    /// bytes.
-    pub(crate) file: usize,
     /// The user's edits of bytes, each with the byte's place on the line. An edit's place refers to the line after all
     /// earlier edits.
     pub(crate) edits: Vec<(usize, Action)>,
@@ -54,7 +51,6 @@ impl Default for Scenario {
             seed: 1,
             idle: false,
             own: Vec::new(),
-            file: 0,
             edits: Vec::new(),
             at: 0,
         }
@@ -100,9 +96,8 @@ impl Scenario {
                 if own.len() > 4_096 {
                     return Err("expected up to 4096 bytes".to_owned());
                 }
-                (self.own, self.file) = (own, 0);
+                self.own = own;
             }
-            "file" => self.file = number(value, 0..=1 << 25)?,
             "edits" => {
                 let edits = value.split('.').filter(|edit| !edit.is_empty());
                 let edits = edits.map(edit).collect::<Option<_>>();
@@ -156,7 +151,6 @@ impl fmt::Display for Scenario {
             ("seed", self.seed.to_string(), "1"),
             ("idle", if self.idle { "on" } else { "" }.to_owned(), ""),
             ("bytes", own.concat(), ""),
-            ("file", self.file.to_string(), "0"),
             ("edits", edits.join("."), ""),
             ("at", self.at.to_string(), "0"),
         ] {

@@ -23,7 +23,7 @@ impl Run {
     pub(crate) fn seen(&self, position: usize, places: Range<usize>) -> Value {
         let position = position.min(self.positions());
         let places = places.start..places.end.min(self.cells.len());
-        let mut state = self.kept_before(places.start.min(position));
+        let mut state = self.saved_before(places.start.min(position));
         let seen = self.cells.get(places.clone()).unwrap_or_default();
         let mut fates = vec![vec![None; state.machines.len()]; seen.len()];
         while state.position < position {
@@ -58,9 +58,10 @@ impl Run {
         let cells: Vec<Value> = cells.collect();
         let machines = state.machines.iter();
         let machines: Vec<Value> = machines.map(|one| self.machine(one, state.now)).collect();
+        let sentence = self.sentence(position, &state.machines);
         json!({
             "position": position, "positions": self.positions(), "bytes": self.cells.len(),
-            "seconds": f64::from(state.now) / 1e3, "sentence": self.sentence(position, &machines),
+            "seconds": f64::from(state.now) / 1e3, "sentence": sentence,
             "holds": self.holds(), "cells": cells, "machines": machines,
         })
     }
@@ -77,7 +78,7 @@ impl Run {
     }
 
     /// Describes the last step in a sentence.
-    fn sentence(&self, position: usize, machines: &[Value]) -> String {
+    fn sentence(&self, position: usize, machines: &[Machine]) -> String {
         let cell = position.checked_sub(1).map(|last| self.cells.get(last));
         let byte = |byte: Option<u8>| byte.map_or(String::new(), |byte| format!("{byte:02X}"));
         let mut sentence = match cell {
@@ -100,23 +101,21 @@ impl Run {
             sentence.push_str(" A whole frame has arrived.");
         }
         for machine in machines {
-            let said = ["name", "what"].map(|key| machine[key].as_str());
-            let [name, what] = said.map(Option::unwrap_or_default);
-            let has_missed =
-                is_first_missed && machine.pointer("/tally/missed").is_some_and(|it| *it != 0);
-            let what = match (has_missed, machine["state"].is_null()) {
-                (false, _) => what,
-                (true, false) => MISSED_BY_LECTURE,
-                (true, true) => MISSED_BY_FRAMELOCK,
+            let what = match machine.lecture() {
+                _ if !is_first_missed || machine.tally.missed == 0 => {
+                    what(&self.protocol.description, machine)
+                }
+                Some(_) => MISSED_BY_LECTURE.to_owned(),
+                None => MISSED_BY_FRAMELOCK.to_owned(),
             };
-            sentence = format!("{sentence} {} {what}.", name.replacen("the", "The", 1));
+            let name = machine.name().replacen("the", "The", 1);
+            sentence = format!("{sentence} {name} {what}.");
         }
         sentence
     }
 
     fn machine(&self, machine: &Machine, now: u32) -> Value {
         let (tally, lecture) = (&machine.tally, machine.lecture());
-        let output = { machine.failsafe }.poll(now);
         let status = match (tally.missed_in_row, tally.wrong_in_row) {
             (0, _) if tally.delivered + tally.wrong == 0 => "NO FRAME YET",
             (0, _) => "LISTENING",
@@ -137,12 +136,13 @@ impl Run {
             json!({
                 "temporary": [stored(0), stored(1), stored(2)],
                 "setpoint": machine.setpoint(),
-                "output": Setpoint::from(output.axes),
-                "phase": output.phase,
+                "output": Setpoint::from(machine.output.axes),
+                "phase": machine.output.phase,
+                "reason": machine.standstill.reason(machine.output.phase),
             })
         });
         json!({
-            "name": if lecture.is_some() { "the lecture's machine" } else { "framelock" },
+            "name": machine.name(),
             "state": lecture.map(|lecture| lecture.state.to_string()),
             "window": window(description, bytes),
             "pending": bytes.len(),
@@ -152,7 +152,6 @@ impl Run {
             "status_seconds": if status == "LISTENING" { 0.0 } else { f64::from(missing) / 1e3 },
             "tally": tally,
             "counters": machine.line.counters(),
-            "what": what(description, machine),
         })
     }
 }

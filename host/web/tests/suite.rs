@@ -29,13 +29,7 @@ use serde_json::{Value, json};
 const MOTOR: &str = include_str!("../page/motor.toml");
 
 fn decoded(address: &str) -> Run {
-    decoded_file(address, &[])
-}
-
-fn decoded_file(address: &str, file: &[u8]) -> Run {
-    let mut run = Run::open(address, file).unwrap();
-    while run.decode() < run.bytes() {}
-    run
+    Run::open(address).unwrap()
 }
 
 fn view(run: &Run, position: usize, places: Range<usize>) -> Value {
@@ -278,19 +272,43 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     );
 }
 
-/// The page decodes a long recording in pieces, and saves the machines' state after each piece. A
-/// view starts from a saved state.
+/// The line carries ten frames per second. The failsafe needs more than 3.3 frames per second.
 #[test]
-fn a_long_recording_is_shown_as_if_byte_by_byte() {
-    let frame = b"AB\0AB\0\rAB\0\x10\x20\x30\rnoise\xC8\x04\x0B\0\xEC\xB7";
-    let file: Vec<u8> = frame.iter().copied().cycle().take(40_000).collect();
+fn the_page_says_why_the_actuators_do_not_follow() {
+    // Of `every` frames, one arrives intact: the others lose their first byte.
+    let run = |every: usize| {
+        let lost = (0..100).filter(|frame| frame % every > 0);
+        let edits: Vec<String> = lost.map(|frame| format!("{}d", 7 * frame)).collect();
+        decoded(&format!("frame=bin&frames=100&edits={}", edits.join(".")))
+    };
+    let told = |run: &Run, position| {
+        let axes = view(run, position, 0..0)["machines"][1]["axes"].take();
+        json!([axes["phase"], axes["reason"]])
+    };
+    let no_frames = json!(["Parked", "no frames"]);
+    let five_per_second = run(2);
+    assert_eq!(told(&five_per_second, 0), no_frames);
+    assert_eq!(
+        told(&five_per_second, 21),
+        json!(["Approach", "moves slowly to the setpoint"])
+    );
+    assert_eq!(told(&five_per_second, 700), json!(["Live", null]));
+    assert_eq!(told(&five_per_second, 732), no_frames);
+    let apart = "frames arrive too far apart (fewer than 4 a second)";
+    for position in [250, 500, 700] {
+        assert_eq!(told(&run(4), position), json!(["Parked", apart]));
+    }
+}
+
+/// A view of a long line starts from a saved state.
+#[test]
+fn a_long_line_is_shown_as_if_byte_by_byte() {
+    let repeated = "41420041420D0D4142001020300D6E6F697365C8040B00ECB7".repeat(100);
     for frame in ["frame=bin", "frame=bin-crc8", "frame=crsf"] {
-        let address = format!("{frame}&file=40000&edits=3d.9000i41.20000f40");
-        let run = decoded_file(&address, &file);
+        let address = format!("{frame}&bytes={repeated}&edits=3d.900i41.2000f40");
+        let run = decoded(&address);
         let arrivals = arrivals(&run);
-        for position in [
-            0, 1, 5, 16_383, 16_384, 16_385, 17_400, 20_007, 32_768, 40_001,
-        ] {
+        for position in [0, 1, 5, 1_023, 1_024, 1_025, 2_007, 2_048, 2_501] {
             let view = view(&run, position, position.saturating_sub(20)..position);
             let bytes = received(&arrivals, position);
             assert_eq!(
@@ -309,8 +327,6 @@ fn a_long_recording_is_shown_as_if_byte_by_byte() {
             }
         }
     }
-    let other = Run::open("file=40001", &file).err().unwrap();
-    assert!(other.contains("40001 bytes"), "{other}");
 }
 
 #[test]
@@ -434,7 +450,7 @@ fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
     ] {
         let told_is = problem(&MOTOR.replacen(from, to, 1));
         assert!(told_is.starts_with(told), "{to}: {told_is}");
-        let error = Run::open(&own(&MOTOR.replacen(from, to, 1)), &[]).err();
+        let error = Run::open(&own(&MOTOR.replacen(from, to, 1))).err();
         assert_eq!(error, Some(told_is));
     }
     assert!(problem("").starts_with("Line 1, column 1: nothing ends a frame"));
@@ -580,7 +596,7 @@ fn a_malformed_address_says_what_is_wrong() {
         ("colour=red", "colour=red: the address has no such key"),
         ("deaf", "deaf: the address has no such key"),
     ] {
-        let error = Run::open(address, &[]).err().unwrap();
+        let error = Run::open(address).err().unwrap();
         assert!(error.contains(complaint), "{address}: {error}");
     }
 }
@@ -633,26 +649,14 @@ fn every_key_is_written_as_it_is_read() {
         "frame=bin-crc8&payload=random:40-43&frames=7&lose=0.25&flip=0.5&seed=9&idle=on&edits=21d.30f04.40i41&at=12",
         "frame=crsf&bytes=41420D",
         "frame=own&description=sync%20%3D%20%2224%22%0Alength%20%3D%203%20%23%20%25%26%2B%20%C3%A9&bytes=240102",
-        "frame=bin&file=3&at=2",
     ] {
-        let file: &[u8] = if address.contains("file") {
-            b"AB\0"
-        } else {
-            b""
-        };
-        assert_eq!(
-            Run::open(address, file)
-                .ok()
-                .and_then(|run| run.with("").ok())
-                .as_deref(),
-            Some(address)
-        );
+        assert_eq!(decoded(address).with("").as_deref(), Ok(address));
     }
 }
 
 /// For each key, a pattern of valid pairs of key and value. The last pattern gives pairs that are valid or almost
 /// valid.
-const PAIRS: [&str; 13] = [
+const PAIRS: [&str; 12] = [
     "frame=(bin|bin-crc8|crsf|ubx|own)",
     "description=length%20%3D%20[1-9]",
     "payload=(motion|noise|random:40-43|[0-9A-F]{8})",
@@ -662,7 +666,6 @@ const PAIRS: [&str; 13] = [
     "seed=[0-9]{1,3}",
     "idle=(on|off)",
     "bytes=([0-9A-F]{2}){1,8}",
-    "file=3",
     "edits=[0-9]{1,2}(d|[fi][0-9A-F]{2})",
     "at=[0-9]{1,2}",
     "(frame|payload|frames|lose|idle|bytes|edits|at|x)=(bin|on|[0-9]{1,3}|0\\.[0-9]|.{0,4})",
@@ -689,7 +692,7 @@ proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     fn any_address(address in address()) {
-        let run = Run::open(&address, b"AB\0").ok();
+        let run = Run::open(&address).ok();
         let mut occurred = OCCURRED.lock().unwrap();
         for (pair, times) in PAIRS.iter().zip(&mut *occurred) {
             let (key, _) = pair.split_once('=').unwrap();
@@ -699,7 +702,7 @@ proptest! {
         drop(occurred);
         if let Some(run) = run {
             let written = run.with("").unwrap();
-            let again = Run::open(&written, b"AB\0").unwrap();
+            let again = Run::open(&written).unwrap();
             prop_assert_eq!(again.with("").unwrap(), written);
             prop_assert_eq!(view(&again, 40, 0..50), view(&run, 40, 0..50));
         }
@@ -707,6 +710,6 @@ proptest! {
 
     #[test]
     fn no_address_panics(address in ".{0,60}") {
-        let _ = Run::open(&address, &[]);
+        let _ = Run::open(&address);
     }
 }

@@ -14,6 +14,7 @@ const HFCLKSTART: u32 = 0x000;
 const HFCLKSTOP: u32 = 0x004;
 const LFCLKSTART: u32 = 0x008;
 const LFCLKSTOP: u32 = 0x00C;
+const CONSTLAT: u32 = 0x078;
 const HFCLKSTARTED: u32 = 0x100;
 const LFCLKSTARTED: u32 = 0x104;
 const RESETREAS: u32 = 0x400;
@@ -103,6 +104,8 @@ impl Peripheral for Clock {
             }
             LFCLKSTART => self.low_runs_at = Some(context.now + LFRC_STARTUP),
             LFCLKSTOP => self.low_runs_at = None,
+            // In the model, the core always wakes without delay.
+            CONSTLAT => {}
             _ => return None,
         }
         Some(())

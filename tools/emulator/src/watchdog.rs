@@ -2,8 +2,7 @@
 //!
 //! The watchdog counts down from CRV at 32 768 Hz. When all enabled reload requests have come, the watchdog starts
 //! again from CRV. Once started, it runs until a reset. The watchdog resets the chip two cycles of the 32.768 kHz clock
-//! after TIMEOUT. The model supports only the setting after a reset, in which the watchdog also runs while the CPU
-//! sleeps.
+//! after TIMEOUT. The model supports only settings in which the watchdog also runs while the CPU sleeps.
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;
@@ -21,6 +20,7 @@ const RR: u32 = 0x600;
 const RR_LAST: u32 = 0x61C;
 const RELOAD: u32 = 0x6E52_4635;
 const CONFIG_SLEEP: u32 = 1;
+const CONFIG_HALT: u32 = 1 << 3;
 
 registers! {
     // "The minimum value is 0xF."
@@ -51,6 +51,15 @@ impl Watchdog {
         self.requested = self.registers.requests;
         let timeout = low_frequency(u64::from(self.registers.reload_value) + 1);
         self.times_out_at = Some(now + timeout);
+    }
+
+    /// Pauses for this number of cycles, in which a debugger halts the core. If CONFIG says so, it runs on instead.
+    pub(crate) fn pause(&mut self, cycles: u64) {
+        if self.registers.configuration & CONFIG_HALT == 0 {
+            for at in [&mut self.times_out_at, &mut self.bites_at] {
+                *at = at.map(|at| at + cycles);
+            }
+        }
     }
 }
 

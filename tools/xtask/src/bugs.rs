@@ -27,6 +27,8 @@ const PROOFS_FOLDERS: &[&str] = &[
     "tools/prover",
     "c/headers",
     "c/proofs",
+    // The engine that the proofs in c/proofs include.
+    "host/generate/templates",
 ];
 const PROOFS_MEMBERS: &[&str] = &[
     "core",
@@ -99,7 +101,7 @@ impl Bug {
     }
 
     fn is_in_c(&self) -> bool {
-        self.file.starts_with("c/")
+        self.file.starts_with("c/") || self.file.starts_with("host/generate/")
     }
 
     fn is_wanted(&self, names: &[String]) -> bool {

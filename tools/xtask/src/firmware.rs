@@ -27,15 +27,16 @@ const ALL_CASES: &str = "FRAMELOCK_ALL_CASES";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All images that the tests run. All images have the same dependencies, so after the first image, each further image
-/// takes only a second or two to build. The image `lecture` also leaves the debug port unchanged. The image
-/// `parser-steps` contains single steps of the parsers, to measure their costs.
-pub(crate) const BUILDS: [Build; 8] = [
+/// takes only a second or two to build. The image `parser-steps` contains single steps of the parsers, to measure their
+/// costs.
+pub(crate) const BUILDS: [Build; 9] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
+    ("lecture", "framelock-firmware", &["--features=lecture"]),
     (
-        "lecture",
+        "write-uicr",
         "framelock-firmware",
-        &["--features=lecture,leave-debug-port"],
+        &["--features=write-uicr"],
     ),
     ("small", "framelock-firmware", &["--no-default-features"]),
     ("bin-crc8", "framelock-firmware", &["--features=bin-crc8"]),

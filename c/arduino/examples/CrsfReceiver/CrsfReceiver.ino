@@ -2,11 +2,16 @@
 // own LED is on while frames arrive.
 //
 // Set the radio receiver to 115200 baud. The UART of a board with 16 MHz cannot receive 420000 baud.
+//
+// Arduino's `Serial` does not show line errors and lost bytes, so this sketch can report only pauses.
 
 #include <crsf.h>
 
 static const uint8_t LED_PIN = 9;
 static const uint8_t CHANNELS = 0x16;
+
+// The bytes of sixteen channels. Some senders append a byte, and the protocol demands that receivers ignore it.
+static const uint8_t CHANNELS_LENGTH = 22;
 
 static crsf_receiver receiver;
 static uint32_t byte_time;
@@ -14,7 +19,7 @@ static uint32_t frame_time;
 
 static void received(void *, const crsf_message *message)
 {
-    if ((message->type != CHANNELS) || (message->payload_length != 22U)) {
+    if ((message->type != CHANNELS) || (message->payload_length < CHANNELS_LENGTH)) {
         return;
     }
     // Channel 1 is the lowest 11 bits of the payload.

@@ -1,418 +1,675 @@
-//! Theorem 10: outside [`Phase::Live`] an axis never moves faster than its rate and loses no tick. So it
-//! reaches park within [`FailsafeParameters::parked_after`], and stays there. A frame after a silence causes no
-//! jump (S1, S2). All this also holds when the clock wraps (S3). The failsafe's part of theorem 1 is here, too:
-//! nothing panics.
+//! Theorem 10, by induction over the polls. Each harness takes any parameters, any state that satisfies the invariant,
+//! any frame and any time, and polls once. The invariant holds at the start ([`no_panic`]) and after each poll
+//! ([`output_is_bounded`]).
 //!
-//! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has four parts:
+//! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
+//!   [`output_is_bounded`]), and by no more than the axis moves in the time that has passed (S4, [`speed_is_bounded`]).
+//!   The stated number is at most a quarter of the travel, for all parameters ([`stated_speed`]).
+//! * A step of the clock of more than half its range counts as no time, every other time counts in full for a silence
+//!   (S3, [`clock_is_checked`]).
+//! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
+//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame
+//!   after a silence never starts, and fewer frames than a row change neither the output nor the way to park
+//!   ([`few_frames_change_nothing`]). Slow frames are counted ([`slow_frames_are_counted`]).
+//! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
+//!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
+//!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an
+//!   axis is live within `live_after`, however the demands move ([`live_in_time`]).
+//! * The whole travel takes the stated times ([`stated_speed`]).
 //!
-//! * Long division is exact, by induction over the bits of the quotient, the highest first ([`division_is_exact`]). The
-//!   division starts with no units counted and no bits known. Each step makes one more bit known. Let `bit` be the
-//!   lowest known bit. The invariant has two parts. First, the ticks for the counted units and the ticks left add up to
-//!   the time. Second, the ticks left do not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1,
-//!   the quotient is the largest distance that an axis can move. So at the end the division has counted every unit for
-//!   which the time suffices, and has lost no tick.
-//! * An axis moves by as many units as the quotient says, but no further than its target
-//!   ([`axis_stops_at_its_target`]). One harness checks the division and the move together, for times that are shorter
-//!   than the time for two units ([`axis_moves_at_its_rate`]).
-//! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).
-//! * Until the hold begins, ticks move the axis towards the demand. From the hold to the ramp, ticks do not move the
-//!   axis. From the ramp on, ticks move the axis towards park ([`ticks_are_shared_out`]). Each axis uses its own rate
-//!   and target ([`each_axis_has_its_rate`]).
+//! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
+//! [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant speed. The other harnesses
+//! replace the products by any ways. For the same reason, [`stated_speed`] divides only by times of up to 5 bits.
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
-//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are.
+//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The
+//! failsafe's part of theorem 1 is here, too: nothing panics.
 
-use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
+use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. `axes` contains each axis's position, and the ticks since it last moved by a
-    /// unit. The proofs about the failsafe in C use this function.
+    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. Each axis has a
+    /// position, is live or not, and rises or not. The proofs about the failsafe in C use this function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
-        [now, silence]: [u32; 2],
+        [
+            now,
+            quiet,
+            silence,
+            in_row,
+            approached,
+            frame_waits,
+            had_frame,
+            clock_faults,
+            late_polls,
+            slow_frames,
+        ]: [u32; 10],
+        [slow, fast]: [[u32; 2]; 2],
         demands: [D; AXES],
-        axes: [(D, u32); AXES],
+        axes: [(u32, bool, bool); AXES],
     ) -> Self {
+        let [in_row, ..] = in_row.to_le_bytes();
+        let speed = |[per_tick, per_poll]: [u32; 2]| Speed { per_tick, per_poll };
         Self {
             parameters,
+            slow: speed(slow),
+            fast: speed(fast),
             now,
+            quiet,
             silence,
+            in_row,
+            approached,
+            has_frame: frame_waits != 0,
+            had_frame: had_frame != 0,
             demands,
-            axes: axes.map(|(position, since_unit)| Axis {
+            axes: axes.map(|(position, is_live, rises)| Axis {
                 position,
-                since_unit,
+                is_live,
+                rises,
             }),
+            clock_faults,
+            late_polls,
+            slow_frames,
         }
     }
 
-    /// Returns the failsafe's state, without the parameters.
-    pub fn state(&self) -> ([u32; 2], [D; AXES], [(D, u32); AXES]) {
-        let axes = self.axes.map(|axis| (axis.position, axis.since_unit));
-        ([self.now, self.silence], self.demands, axes)
+    /// Calls [`pass`](Self::pass).
+    pub fn call_pass(&mut self, now: u32) -> u32 {
+        self.pass(now)
+    }
+
+    /// Calls [`step`](Self::step).
+    pub fn call_step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
+        self.step(ways)
+    }
+
+    /// Calls [`Speed::way`].
+    pub fn way([per_tick, per_poll]: [u32; 2], elapsed: u32) -> u32 {
+        Speed { per_tick, per_poll }.way(elapsed)
+    }
+
+    /// Returns the failsafe's state, without the parameters and the speeds.
+    #[expect(clippy::type_complexity, reason = "the arguments of `in_state`")]
+    pub fn state(&self) -> ([u32; 10], [D; AXES], [(u32, bool, bool); AXES]) {
+        let numbers = [
+            self.now,
+            self.quiet,
+            self.silence,
+            self.in_row.into(),
+            self.approached,
+            self.has_frame.into(),
+            self.had_frame.into(),
+            self.clock_faults,
+            self.late_polls,
+            self.slow_frames,
+        ];
+        let axes = self
+            .axes
+            .map(|axis| (axis.position, axis.is_live, axis.rises));
+        (numbers, self.demands, axes)
     }
 }
 
-fn in_units<D: Demand>(demand: D) -> u16 {
-    demand.into()
-}
-
-fn any_axis<D: Demand + kani::Arbitrary>(ticks_per_unit: NonZeroU32) -> Axis<D> {
-    Axis {
-        position: kani::any(),
-        since_unit: kani::any_where(|&ticks| ticks < ticks_per_unit.get()),
+fn any_parameters<D: Demand + kani::Arbitrary, const AXES: usize>() -> FailsafeParameters<D, AXES> {
+    FailsafeParameters {
+        park: kani::any(),
+        longest_step: kani::any(),
+        hold_after: kani::any(),
+        ramp_after: kani::any(),
+        frames_to_start: kani::any(),
+        approach_for: kani::any(),
+        approach_travel: kani::any(),
+        live_travel: kani::any(),
     }
 }
 
-/// Returns a failsafe with these rates, in any state. All other parameters are arbitrary.
-fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
-    ticks_per_unit: [NonZeroU32; AXES],
-) -> Failsafe<D, AXES> {
-    let hold_after = kani::any_where(|&ticks| ticks > 0);
-    Failsafe {
-        parameters: FailsafeParameters {
-            hold_after,
-            ramp_after: kani::any_where(|&ticks| ticks >= hold_after),
-            park: kani::any(),
-            ticks_per_unit,
-        },
+fn any_speed() -> Speed {
+    Speed {
+        per_tick: kani::any(),
+        per_poll: kani::any(),
+    }
+}
+
+/// Returns a failsafe in any state that satisfies the invariant, with any speeds.
+fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>() -> Failsafe<D, AXES> {
+    let parameters = any_parameters();
+    kani::assume(parameters.check().is_ok());
+    let failsafe = Failsafe {
+        parameters,
+        slow: any_speed(),
+        fast: any_speed(),
         now: kani::any(),
+        quiet: kani::any(),
         silence: kani::any(),
+        in_row: kani::any(),
+        approached: kani::any(),
+        has_frame: kani::any(),
+        had_frame: kani::any(),
         demands: kani::any(),
-        axes: ticks_per_unit.map(any_axis),
+        axes: [(); AXES].map(|()| Axis {
+            position: kani::any_where(|&position| position <= D::MOST),
+            is_live: kani::any(),
+            rises: kani::any(),
+        }),
+        clock_faults: kani::any(),
+        late_polls: kani::any(),
+        slow_frames: kani::any(),
+    };
+    kani::assume(failsafe.satisfies_invariant());
+    failsafe
+}
+
+impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
+    fn follows(&self) -> bool {
+        self.in_row >= self.parameters.frames_to_start
+    }
+
+    /// An axis is live only while frames come, and only when the approach has lasted long enough.
+    fn satisfies_invariant(&self) -> bool {
+        let is_long = self.approached >= self.parameters.approach_for;
+        let may_be_live = self.follows() && is_long;
+        self.axes
+            .iter()
+            .all(|axis| axis.position <= D::MOST && (may_be_live || !axis.is_live))
+            && (self.follows() || self.approached == 0)
+    }
+
+    /// Returns whether a poll after this time ends a silence, or goes on with it.
+    fn is_silent(&self, elapsed: u32) -> bool {
+        self.quiet.saturating_add(elapsed) >= self.parameters.hold_after
     }
 }
 
-/// Returns the silence after `elapsed` more ticks, the ticks that move the axis to the demand, and the ticks that move
-/// it to park.
-fn shared_out<D, const AXES: usize>(failsafe: &Failsafe<D, AXES>, elapsed: u32) -> (u64, u32, u32) {
-    let FailsafeParameters {
-        hold_after,
-        ramp_after,
-        ..
-    } = failsafe.parameters;
-    let before = failsafe.silence;
-    let silence = u64::from(before) + u64::from(elapsed);
-    let to_demand = elapsed.min(hold_after.saturating_sub(before));
-    let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
-    (silence, to_demand, to_park)
+/// The state before a poll, the time that the poll counts, the longest ways that an axis may move in this time, and the
+/// output.
+struct Step<D, const AXES: usize> {
+    before: Failsafe<D, AXES>,
+    after: Failsafe<D, AXES>,
+    elapsed: u32,
+    slow: u32,
+    fast: u32,
+    output: Output<D, AXES>,
 }
 
-fn division_is_exact_to<const BITS: u32>() {
-    let ticks_per_unit: NonZeroU32 = kani::any();
-    let unit = u64::from(ticks_per_unit.get());
-    let bit: u32 = kani::any_where(|&bit| bit < BITS);
-    let all = |bit: u32| u16::MAX >> (u16::BITS - BITS) >> bit;
-    let known = |units: u16, bit: u32| if bit == BITS { 0 } else { units >> bit };
-    let holds = |units: u16, left: u64, bit: u32| {
-        let is_all = bit == BITS || known(units, bit) == all(bit);
-        units
-            == if bit == BITS {
-                0
-            } else {
-                known(units, bit) << bit
-            }
-            && (left < unit << bit || is_all)
-    };
-    let units: u16 = kani::any_where(|&units| units <= all(0));
-    // The time is the sum of at most two 32-bit counters.
-    let left: u64 = kani::any_where(|&left| left < 2 << u32::BITS);
-    kani::assume(holds(units, left, bit + 1));
-
-    let (after, left_after) = division_step(units, left, ticks_per_unit, bit);
-    let counted = after - units;
-    assert!(counted == 0 || counted == 1 << bit);
-    assert!(left_after + if counted == 0 { 0 } else { unit << bit } == left);
-    assert!(after <= all(0) && holds(after, left_after, bit));
-    kani::cover!(
-        bit == 0 && left_after < unit,
-        "the time suffices for no further unit"
-    );
-    kani::cover!(
-        bit == 0 && left_after >= unit,
-        "the time suffices for more units"
-    );
-}
-
-fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
-    let (position, target): (D, D) = kani::any();
-    let most = u16::MAX >> (u16::BITS - D::BITS);
-    let made: u16 = kani::any_where(|&made| made <= most);
-    let left: u32 = kani::any();
-    let mut axis = Axis {
-        position,
-        since_unit: kani::any(),
-    };
-    axis.advance(target, made, u64::from(left));
-    let (from, goal, to) = (
-        in_units(position),
-        in_units(target),
-        in_units(axis.position),
-    );
-    let way = from.abs_diff(goal);
-    assert!(from.abs_diff(to) == way.min(made));
-    assert!(to.abs_diff(goal) == way - way.min(made));
-    let is_there = axis.position == target;
-    assert!(axis.since_unit == if is_there { 0 } else { left });
-    kani::cover!(made > way && way > 0, "the axis stops at its target");
-    kani::cover!(made < way, "the axis is on its way");
-}
-
-fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
-    let ticks_per_unit: NonZeroU32 = kani::any();
-    let rate = u64::from(ticks_per_unit.get());
-    let before = any_axis::<D>(ticks_per_unit);
-    let target: D = kani::any();
-    let ticks: u32 = kani::any_where(|&ticks| ticks > 0 && u64::from(ticks) < 2 * rate);
+/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any ways.
+fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
+    let before = any_failsafe::<D, AXES>();
     let mut after = before;
-    after.approach(target, ticks, ticks_per_unit);
-    let (from, goal, to) = (
-        in_units(before.position),
-        in_units(target),
-        in_units(after.position),
-    );
-    let moved = to.abs_diff(from);
-    let spent = match moved {
-        0 => 0,
-        1 => rate,
-        2 => 2 * rate,
-        _ => u64::MAX,
+    let passed: u32 = kani::any();
+    let elapsed = if passed >> 31 == 0 { passed } else { 0 };
+    let (slow, fast): (u32, u32) = kani::any();
+    let counted = after.pass(before.now.wrapping_add(passed));
+    assert!(counted == elapsed);
+    let output = after.step([slow, fast]);
+    Step {
+        before,
+        after,
+        elapsed,
+        slow,
+        fast,
+        output,
+    }
+}
+
+/// An axis moves towards its target by the way of its speed, and stops at the target.
+#[kani::proof]
+fn axis_moves_to_its_target() {
+    let before = Axis {
+        position: kani::any(),
+        is_live: kani::any(),
+        rises: kani::any(),
     };
-    let ticks = u64::from(ticks) + u64::from(before.since_unit);
-    assert!(spent <= ticks);
-    let way = from.abs_diff(goal);
-    assert!(to.abs_diff(goal) + moved == way);
-    assert!(to == goal || spent + u64::from(after.since_unit) == ticks);
-    kani::cover!(to == goal, "the axis arrives");
-    kani::cover!(moved == 2 && to != goal, "the axis moves");
+    let (target, slow, fast): (u32, u32, u32) = kani::any();
+    let mut axis = before;
+    axis.step(target, [slow, fast], kani::any());
+    let way = before.position.abs_diff(target);
+    let moved = way.min(if axis.is_live { fast } else { slow });
+    assert!(axis.position.abs_diff(before.position) == moved);
+    assert!(axis.position.abs_diff(target) == way - moved);
+    assert!(axis.is_live || !before.is_live);
+    kani::cover!(moved > 0 && moved < way && axis.is_live, "on its way");
+    kani::cover!(moved > 0 && moved == way, "at its target");
+}
+
+/// Every axis is at park `parked_after` ticks after the poll that took the last frame, however the polls divide the
+/// time up. The bound is exact: if an axis begins as far from park as possible, it is not at park one tick earlier.
+fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
+    let mut failsafe = any_slow_failsafe::<D>(approach_travel);
+    kani::assume(!failsafe.follows() && !failsafe.has_frame);
+    kani::assume(failsafe.silence >= failsafe.parameters.ramp_after);
+    let is_farthest: bool = kani::any();
+    if is_farthest {
+        let park = failsafe.parameters.park[0].position();
+        failsafe.axes[0].position = if park > D::MOST / 2 { 0 } else { D::MOST };
+    }
+    let parked_after = failsafe.parameters.parked_after();
+    let mut left = parked_after - u64::from(failsafe.parameters.ramp_after);
+    while left > 0 {
+        let elapsed = any_step_within(&failsafe, left);
+        left -= u64::from(elapsed);
+        let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
+        assert!(!is_farthest || left == 0 || output.phase == Phase::Ramp);
+        assert!(left > 0 || output.phase == Phase::Parked);
+    }
+    kani::cover!(is_farthest, "as late as can be");
+    kani::cover!(!is_farthest, "earlier");
+}
+
+/// Every axis is live `live_after` ticks after the poll that started the approach, however the demands move and however
+/// the polls divide the time up. No axis is live before `approach_for`.
+fn goes_live_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
+    let mut failsafe = any_slow_failsafe::<D>(approach_travel);
+    failsafe.parameters.approach_for = kani::any_where(|&ticks| 0 < ticks && ticks <= 2);
+    failsafe.approached = 0;
+    failsafe.axes[0].is_live = false;
+    failsafe.quiet = 0;
+    kani::assume(failsafe.follows());
+    // A frame in each poll, and polls within `longest_step`: no silence.
+    kani::assume(failsafe.parameters.longest_step < failsafe.parameters.hold_after);
+    let live_after = failsafe.parameters.live_after();
+    let mut left = live_after;
+    let mut was_late = false;
+    while left > 0 {
+        let elapsed = any_step_within(&failsafe, left);
+        left -= u64::from(elapsed);
+        let demand: D = kani::any();
+        failsafe.frame([demand]);
+        let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
+        let is_early = live_after - left < u64::from(failsafe.parameters.approach_for);
+        assert!(!is_early || output.phase == Phase::Approach);
+        assert!(left > 0 || output.phase == Phase::Live);
+        was_late |= left == 2 && output.phase == Phase::Approach;
+    }
+    kani::cover!(was_late, "as late as can be");
+    kani::cover!(!was_late, "earlier");
+}
+
+/// Returns a failsafe in any state, with this `approach_travel`. Its longest step may even be longer than
+/// [`check`](FailsafeParameters::check) allows for this travel.
+fn any_slow_failsafe<D: Demand + kani::Arbitrary>(approach_travel: u32) -> Failsafe<D, 1> {
+    let mut failsafe = any_failsafe::<D, 1>();
+    failsafe.parameters.approach_travel = approach_travel;
+    failsafe.parameters.longest_step = kani::any_where(|&ticks| 0 < ticks && ticks <= 3);
+    kani::assume(failsafe.parameters.longest_step <= failsafe.parameters.hold_after);
+    failsafe.slow = failsafe.parameters.slow();
+    failsafe
+}
+
+/// Returns any time until the next poll, which is at most `longest_step` and at most the time left.
+fn any_step_within<D: Demand, const AXES: usize>(failsafe: &Failsafe<D, AXES>, left: u64) -> u32 {
+    kani::any_where(|&elapsed| {
+        0 < elapsed && elapsed <= failsafe.parameters.longest_step && u64::from(elapsed) <= left
+    })
+}
+
+/// An axis takes at least the stated time for its whole travel. In an approach it is no faster than live, and one poll
+/// moves it by at most a quarter of its travel. Checked for travels of up to 5 bits.
+fn speed_is_stated<D: Demand + kani::Arbitrary>() {
+    let mut parameters = any_parameters::<D, 1>();
+    parameters.live_travel = kani::any_where(|&travel| travel < 1 << 5);
+    parameters.approach_travel = kani::any_where(|&travel| travel < 1 << 5);
+    kani::assume(parameters.check().is_ok());
+    let (slow, fast) = (parameters.slow(), parameters.fast());
+    for (speed, travel) in [
+        (slow, parameters.approach_travel),
+        (fast, parameters.live_travel),
+    ] {
+        assert!(u64::from(speed.per_tick) * u64::from(travel) <= u64::from(D::MOST));
+        assert!((u64::from(speed.per_tick) + 1) * u64::from(travel) > u64::from(D::MOST));
+    }
+    assert!(slow.per_tick > 0 && slow.per_tick <= fast.per_tick);
+    assert!(slow.per_poll <= fast.per_poll && fast.per_poll <= D::MOST / 4);
+    let most = parameters.most_per_poll();
+    assert!(most == fast.units_per_poll::<D>());
+    assert!(u64::from(most) * 4 <= u64::from(D::MOST / D::UNIT) + 1);
+    kani::cover!(fast.per_tick > 1 << 20, "fast");
+    kani::cover!(
+        slow.per_tick == fast.per_tick,
+        "an approach as fast as live"
+    );
 }
 
 /// Defines one harness for demands of 8 bits and one for 16 bits.
 macro_rules! for_demands {
-    ($module:ident, $of_8:expr, $of_16:expr) => {
-        mod $module {
-            #[allow(unused_imports, reason = "some of the modules use nothing of it")]
-            use super::*;
-
+    ($($module:ident)*) => {
+        $(mod $module {
             #[kani::proof]
-            #[kani::unwind(17)]
+            #[kani::unwind(4)]
             fn of_8_bits() {
-                $of_8;
+                super::check::$module::<u8, 3>();
             }
 
             #[kani::proof]
-            #[kani::unwind(17)]
+            #[kani::unwind(3)]
             fn of_16_bits() {
-                $of_16;
+                super::check::$module::<u16, 2>();
             }
+        })*
+    };
+}
+
+/// Defines one harness for demands of 8 bits and one for 16 bits. Each takes a travel, and polls at most this often.
+macro_rules! in_time {
+    ($($module:ident = $check:ident($eight:literal, $sixteen:literal) in $polls:literal)*) => {
+        $(mod $module {
+            #[kani::proof]
+            #[kani::unwind($polls)]
+            fn of_8_bits() {
+                super::$check::<u8>($eight);
+            }
+
+            #[kani::proof]
+            #[kani::unwind($polls)]
+            fn of_16_bits() {
+                super::$check::<u16>($sixteen);
+            }
+        })*
+    };
+}
+
+in_time! {
+    parked_in_time = parks_in_time(4, 3) in 6
+    live_in_time = goes_live_in_time(4, 3) in 8
+}
+
+mod stated_speed {
+    #[kani::proof]
+    #[kani::unwind(3)]
+    fn of_8_bits() {
+        super::speed_is_stated::<u8>();
+    }
+
+    #[kani::proof]
+    #[kani::unwind(3)]
+    fn of_16_bits() {
+        super::speed_is_stated::<u16>();
+    }
+}
+
+for_demands!(
+    output_is_bounded speed_is_bounded clock_is_checked slow_frames_are_counted only_a_row_starts
+    few_frames_change_nothing silence_stops approach_is_slow approach_ends no_panic
+);
+
+mod check {
+    use super::{Demand, Failsafe, Phase, Speed, Step, any_failsafe, any_parameters, any_step};
+
+    /// Whatever the state, the time and the frame: the output of an axis differs from the output before by at most the
+    /// stated number of units, and by at most those of the slow speed if the axis is not live.
+    pub(super) fn output_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let mut failsafe = any_failsafe::<D, AXES>();
+        let before = failsafe;
+        let output = failsafe.poll(kani::any());
+        let mut axis = 0;
+        while axis < AXES {
+            let from = D::at(before.axes[axis].position).into();
+            let units = u32::from(output.axes[axis].into().abs_diff(from));
+            let [slow, fast] = [before.slow, before.fast].map(Speed::units_per_poll::<D>);
+            // `most_per_poll` is the larger of these two numbers.
+            assert!(
+                units
+                    <= if failsafe.axes[axis].is_live {
+                        fast
+                    } else {
+                        slow
+                    }
+            );
+            assert!(output.axes[axis] == D::at(failsafe.axes[axis].position));
+            axis += 1;
         }
-    };
-}
-for_demands!(
-    division_is_exact,
-    division_is_exact_to::<8>(),
-    division_is_exact_to::<16>()
-);
-for_demands!(
-    axis_stops_at_its_target,
-    stops_at_its_target::<u8>(),
-    stops_at_its_target::<u16>()
-);
-for_demands!(
-    axis_moves_at_its_rate,
-    moves_at_its_rate::<u8>(),
-    moves_at_its_rate::<u16>()
-);
-
-/// Observes how many ticks one axis receives. This axis is so slow that its ticks never suffice for a whole unit, even
-/// if the ticks towards the demand and the ticks towards park are added up. All other axes are already at their
-/// targets.
-fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
-    let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
-    let first = failsafe.axes[0];
-    let (demand, park) = (failsafe.demands[0], failsafe.parameters.park[0]);
-    failsafe.axes = [Axis::at(D::default()); AXES];
-    failsafe.demands = [D::default(); AXES];
-    failsafe.parameters.park = [D::default(); AXES];
-    failsafe.axes[0] = first;
-    failsafe.demands[0] = demand;
-    failsafe.parameters.park[0] = park;
-    let parameters = failsafe.parameters;
-    let elapsed: u32 = kani::any();
-    let (silence, to_demand, to_park) = shared_out(&failsafe, elapsed);
-    let ticks = first.since_unit.checked_add(to_demand);
-    let ticks = ticks.and_then(|ticks| ticks.checked_add(to_park));
-    kani::assume(ticks.is_some_and(|ticks| ticks < u32::MAX));
-    kani::assume(demand != first.position);
-    kani::assume(park != first.position);
-
-    let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
-    assert!(output.axes[0] == first.position);
-    assert!(Some(failsafe.axes[0].since_unit) == ticks);
-    let phase = match silence {
-        _ if silence < u64::from(parameters.hold_after) => Phase::Approach,
-        _ if silence < u64::from(parameters.ramp_after) => Phase::Hold,
-        _ => Phase::Ramp,
-    };
-    assert!(output.phase == phase);
-    kani::cover!(phase == Phase::Hold, "held");
-    kani::cover!(to_demand > 0 && to_park > 0, "a whole hold in one poll");
-}
-for_demands!(
-    ticks_are_shared_out,
-    ticks_are_shared::<u8, 3>(),
-    ticks_are_shared::<u16, 2>()
-);
-
-fn axes_have_their_rates<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
-    let mut failsafe =
-        any_failsafe::<D, AXES>(rates.map(|rate| NonZeroU32::new(rate.into()).unwrap()));
-    let elapsed: u32 = kani::any();
-    let (_, to_demand, to_park) = shared_out(&failsafe, elapsed);
-    kani::assume(to_demand == 0 || to_park == 0);
-    let moving = to_demand + to_park;
-    kani::assume(0 < moving && moving < 6);
-    let ticks = moving.to_le_bytes()[0];
-    let target = if to_demand > 0 {
-        failsafe.demands
-    } else {
-        failsafe.parameters.park
-    };
-    let before = failsafe.axes;
-
-    let now = failsafe.now;
-    let output = failsafe.poll(now.wrapping_add(elapsed)).axes;
-    let mut axis = 0;
-    while axis < AXES {
-        let time = ticks + before[axis].since_unit.to_le_bytes()[0];
-        let (from, to) = (in_units(before[axis].position), in_units(output[axis]));
-        let goal = in_units(target[axis]);
-        let way = from.abs_diff(goal);
-        let moved = way.min(u16::from(time / rates[axis]));
-        assert!(from.abs_diff(to) == moved);
-        assert!(to.abs_diff(goal) == way - moved);
-        axis += 1;
+        assert!(failsafe.satisfies_invariant());
+        kani::cover!(
+            output.phase == Phase::Live && output.axes[0] != D::at(before.axes[0].position),
+            "moves"
+        );
+        kani::cover!(
+            output.phase == Phase::Ramp && output.axes[0] != D::at(before.axes[0].position),
+            "moves to park"
+        );
     }
-    kani::cover!(now.wrapping_add(elapsed) < now, "time wraps");
-    kani::cover!(moving < elapsed, "part of the time");
-}
-for_demands!(
-    each_axis_has_its_rate,
-    axes_have_their_rates::<u8, 3>([2, 3, 4]),
-    axes_have_their_rates::<u16, 2>([2, 3])
-);
 
-/// A frame causes no jump unless the output was live. A failsafe that is resumed at any output causes no jump either.
-fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
-    let mut rates = [NonZeroU32::MIN; AXES];
-    rates[0] = kani::any();
-    let mut failsafe = any_failsafe::<D, AXES>(rates);
-    let now = failsafe.now;
-    let output: [D; AXES] = kani::any();
-    let is_resumed: bool = kani::any();
-    if is_resumed {
-        let resumed = Failsafe::resumed(failsafe.parameters, now, output);
-        failsafe = resumed.ok().unwrap();
+    /// An axis moves no further than the speed allows for the time that has passed.
+    pub(super) fn speed_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            slow,
+            fast,
+            output,
+            ..
+        } = any_step::<D, AXES>();
+        let mut axis = 0;
+        while axis < AXES {
+            let (from, to) = (before.axes[axis], after.axes[axis]);
+            assert!(from.position.abs_diff(to.position) <= if to.is_live { fast } else { slow });
+            axis += 1;
+        }
+        kani::cover!(output.phase == Phase::Live, "live");
+        kani::cover!(output.phase == Phase::Ramp, "ramp");
     }
-    let before = failsafe.poll(now);
-    assert!(!is_resumed || before.axes == output && before.phase != Phase::Live);
-    let demands: [D; AXES] = kani::any();
-    failsafe.frame(now, demands);
-    let after = failsafe.poll(now);
-    let was_live = before.phase == Phase::Live;
-    let expected = if was_live { demands } else { before.axes };
-    assert!(after.axes == expected);
-    let is_live = after.phase == Phase::Live;
-    assert!(is_live == (expected == demands) && (is_live || after.phase == Phase::Approach));
-    kani::cover!(was_live, "live");
-    kani::cover!(before.phase == Phase::Parked && !is_live, "back from park");
-    kani::cover!(is_resumed && before.phase == Phase::Ramp, "resumed");
-}
-for_demands!(
-    frame_is_no_step,
-    a_frame_is_no_step::<u8, 3>(),
-    a_frame_is_no_step::<u16, 2>()
-);
 
-#[kani::proof]
-#[kani::unwind(17)]
-fn parked_is_parked() {
-    let rate: NonZeroU32 = kani::any();
-    let mut failsafe = any_failsafe::<u16, 2>([rate, NonZeroU32::MIN]);
-    let output = failsafe.poll(failsafe.now);
-    kani::assume(output.phase == Phase::Parked);
-    assert!(output.axes == failsafe.parameters.park);
-    assert!(failsafe.poll(kani::any()) == output);
-    kani::cover!(rate.get() > 1, "a slow axis");
-}
-
-/// Every axis is at park when [`FailsafeParameters::parked_after`] ticks have passed since a frame, whatever the
-/// demands of the frame are, and wherever the axes are at that time. The bound is exact: if all axes begin as far from
-/// park as possible, they are not all at park one tick earlier.
-fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
-    let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
-    let mut failsafe = any_failsafe::<D, AXES>(rates);
-    failsafe.silence = 0;
-    let is_farthest: bool = kani::any();
-    if is_farthest {
-        let most = u16::MAX >> (u16::BITS - D::BITS);
-        let farthest = failsafe.parameters.park.map(|park| {
-            let park = in_units(park);
-            let end = if park > most / 2 { 0 } else { most };
-            D::try_from(end).ok().unwrap()
-        });
-        failsafe.demands = farthest;
-        failsafe.axes = farthest.map(Axis::at);
+    pub(super) fn clock_is_checked<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            ..
+        } = any_step::<D, AXES>();
+        let passed = after.now.wrapping_sub(before.now);
+        let is_fault = passed > u32::MAX / 2;
+        assert!(elapsed == if is_fault { 0 } else { passed });
+        assert!(after.clock_faults.wrapping_sub(before.clock_faults) == u32::from(is_fault));
+        let is_late = elapsed > before.parameters.longest_step;
+        assert!(after.late_polls.wrapping_sub(before.late_polls) == u32::from(is_late));
+        let quiet = if before.has_frame {
+            0
+        } else {
+            before.quiet.saturating_add(elapsed)
+        };
+        assert!(after.quiet == quiet);
+        let silence = if after.follows() {
+            quiet
+        } else {
+            before.silence.saturating_add(elapsed)
+        };
+        assert!(after.silence == silence);
+        kani::cover!(is_fault, "the time goes backwards");
+        kani::cover!(after.now < before.now && !is_fault, "the time wraps");
     }
-    let parked_after = u32::try_from(failsafe.parameters.parked_after()).ok();
-    kani::assume(parked_after.is_some());
-    let at = failsafe.now.wrapping_add(parked_after.unwrap());
-    let mut earlier = failsafe;
-    assert!(failsafe.poll(at).phase == Phase::Parked);
-    let is_parked = earlier.poll(at.wrapping_sub(1)).phase == Phase::Parked;
-    assert!(!is_farthest || !is_parked);
-    kani::cover!(is_farthest, "as late as can be");
-    kani::cover!(is_parked, "earlier");
-}
-for_demands!(
-    parked_in_time,
-    parks_in_time::<u8, 2>([2, 3]),
-    parks_in_time::<u16, 1>([2])
-);
 
-/// Nothing panics, for any parameters, states and times. `frame` calls `poll` first, so this covers `poll`.
-fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
-    let parameters = FailsafeParameters::<D, AXES> {
-        hold_after: kani::any(),
-        ramp_after: kani::any(),
-        park: kani::any(),
-        ticks_per_unit: kani::any(),
-    };
-    let _ = parameters.parked_after();
-    let now = kani::any();
-    let built = Failsafe::new(parameters, now);
-    let is_valid = parameters.hold_after > 0 && parameters.ramp_after >= parameters.hold_after;
-    assert!(built.is_ok() == is_valid);
-    let state = Failsafe {
-        parameters,
-        now,
-        silence: kani::any(),
-        demands: kani::any(),
-        axes: parameters.ticks_per_unit.map(|_| Axis {
-            position: kani::any(),
-            since_unit: kani::any(),
-        }),
-    };
-    // Start either at reset, or in any state.
-    let mut failsafe = built.unwrap_or(state);
-    if kani::any() {
-        failsafe = state;
+    /// Frames are counted, and a silence ends the row. Without a row of frames, an axis stays or moves to park.
+    pub(super) fn only_a_row_starts<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            slow,
+            fast,
+            output,
+        } = any_step::<D, AXES>();
+        let is_silent = before.is_silent(elapsed);
+        let row = if is_silent { 0 } else { before.in_row };
+        assert!(after.in_row == row.saturating_add(u8::from(before.has_frame)));
+        let follows = after.follows();
+        assert!(follows == matches!(output.phase, Phase::Live | Phase::Approach));
+        let stays = after.silence < before.parameters.ramp_after;
+        assert!(follows || (output.phase == Phase::Hold) == stays);
+        let mut axis = 0;
+        while axis < AXES {
+            let park = before.parameters.park[axis];
+            let mut expected = before.axes[axis].position;
+            if follows {
+                let mut moved = before.axes[axis];
+                moved.is_live &= !is_silent;
+                let may_go_live = after.approached >= before.parameters.approach_for;
+                moved.step(before.demands[axis].position(), [slow, fast], may_go_live);
+                expected = moved.position;
+            } else if !stays {
+                let mut moved = before.axes[axis];
+                moved.is_live = false;
+                moved.step(park.position(), [slow, 0], false);
+                expected = moved.position;
+            }
+            assert!(after.axes[axis].position == expected);
+            assert!(output.phase != Phase::Parked || expected == park.position());
+            axis += 1;
+        }
+        kani::cover!(follows && !before.follows(), "starts");
+        kani::cover!(!follows && before.has_frame, "does not start");
     }
-    failsafe.frame(kani::any(), kani::any::<[D; AXES]>());
-    assert!(failsafe.silence == 0);
-    kani::cover!(is_valid, "built");
+
+    /// A frame that comes `hold_after` or more after the frame before is counted, whatever else happens.
+    pub(super) fn slow_frames_are_counted<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            output,
+            ..
+        } = any_step::<D, AXES>();
+        let since_last_frame = u64::from(before.quiet) + u64::from(elapsed);
+        let is_slow = since_last_frame >= u64::from(before.parameters.hold_after);
+        let counts = before.has_frame && before.had_frame && is_slow;
+        assert!(after.slow_frames.wrapping_sub(before.slow_frames) == u32::from(counts));
+        assert!(after.had_frame == (before.had_frame || before.has_frame));
+        assert!(!after.has_frame);
+        // So a frame that counts does not start, and a frame that starts does not count.
+        assert!(!counts || !matches!(output.phase, Phase::Live | Phase::Approach));
+        kani::cover!(counts, "a slow frame");
+        kani::cover!(
+            before.has_frame && !before.had_frame && is_slow,
+            "the first frame"
+        );
+    }
+
+    /// A single frame after a silence never starts. As long as the frames are fewer than a row, the axes and the phase
+    /// are the same as without these frames, or with frames at other times.
+    pub(super) fn few_frames_change_nothing<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let before = any_failsafe::<D, AXES>();
+        let (mut one, mut other) = (before, before);
+        other.has_frame = kani::any();
+        other.demands = kani::any();
+        if !before.follows() {
+            other.quiet = kani::any();
+            other.in_row = kani::any();
+            kani::assume(!other.follows());
+        }
+        let (now, ways): (u32, [u32; 2]) = kani::any();
+        let elapsed = one.pass(now);
+        assert!(other.pass(now) == elapsed);
+        let is_silent = before.is_silent(elapsed);
+        assert!(!is_silent || !one.follows());
+        kani::assume(!one.follows() && !other.follows());
+        let (output, expected) = (one.step(ways), other.step(ways));
+        assert!(output == expected && one.axes == other.axes);
+        assert!((one.silence, one.approached) == (other.silence, other.approached));
+        kani::cover!(
+            is_silent && before.has_frame && before.follows(),
+            "after a silence"
+        );
+        kani::cover!(one.in_row > 1 && other.in_row == 0, "nearly a row");
+    }
+
+    /// After a silence no axis is live.
+    pub(super) fn silence_stops<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            output,
+            ..
+        } = any_step::<D, AXES>();
+        kani::assume(before.is_silent(elapsed));
+        let mut axis = 0;
+        while axis < AXES {
+            assert!(!after.axes[axis].is_live);
+            axis += 1;
+        }
+        assert!(after.approached == 0);
+        kani::cover!(
+            before.axes[0].is_live && output.phase == Phase::Hold,
+            "holds"
+        );
+        kani::cover!(before.axes[0].is_live && before.has_frame, "frame");
+    }
+
+    /// An axis is live only if the approach has lasted long enough. The time of the approach begins with the poll that
+    /// takes the last frame of the row, and a poll counts for at most `longest_step`.
+    pub(super) fn approach_is_slow<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            output,
+            ..
+        } = any_step::<D, AXES>();
+        let is_long = after.approached >= before.parameters.approach_for;
+        let mut axis = 0;
+        while axis < AXES {
+            assert!(!after.axes[axis].is_live || is_long);
+            axis += 1;
+        }
+        let ticks = elapsed.min(before.parameters.longest_step);
+        let goes_on = before.follows() && !before.is_silent(elapsed);
+        let approached = before.approached.saturating_add(ticks);
+        assert!(after.approached == if goes_on { approached } else { 0 });
+        let all = after.axes.iter().all(|axis| axis.is_live);
+        assert!((output.phase == Phase::Live) == (all && after.follows()));
+        kani::cover!(!before.axes[0].is_live && after.axes[0].is_live, "live");
+        kani::cover!(output.phase == Phase::Approach && !goes_on, "begins");
+    }
+
+    /// If the approach has lasted long enough, an axis becomes live, or moves on in the same direction at full speed.
+    /// It cannot move on for longer than its whole travel takes.
+    pub(super) fn approach_ends<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let Step {
+            before,
+            after,
+            elapsed,
+            slow,
+            ..
+        } = any_step::<D, AXES>();
+        kani::assume(!before.is_silent(elapsed));
+        kani::assume(after.approached >= before.parameters.approach_for);
+        let (from, to) = (before.axes[0], after.axes[0]);
+        let way = if to.rises {
+            to.position.checked_sub(from.position)
+        } else {
+            from.position.checked_sub(to.position)
+        };
+        let goes_on = to.rises == from.rises && way == Some(slow);
+        assert!(to.is_live || goes_on);
+        let demand = before.demands[0].position();
+        assert!(!to.is_live || to.position.abs_diff(demand) <= from.position.abs_diff(demand));
+        kani::cover!(!to.is_live, "goes on");
+        kani::cover!(
+            !from.is_live && to.is_live && to.position == demand,
+            "meets"
+        );
+        kani::cover!(
+            !from.is_live && to.is_live && to.rises != from.rises,
+            "passes"
+        );
+    }
+
+    /// Nothing panics, for any parameters, states and times.
+    pub(super) fn no_panic<D: Demand + kani::Arbitrary, const AXES: usize>() {
+        let parameters = any_parameters::<D, AXES>();
+        let output: [D; AXES] = kani::any();
+        let now: u32 = kani::any();
+        let is_valid = parameters.check().is_ok();
+        let built = Failsafe::resumed(parameters, now, output);
+        assert!(built.is_ok() == is_valid);
+        if let Ok(mut failsafe) = built {
+            assert!(failsafe.satisfies_invariant());
+            let first = failsafe.poll(now);
+            assert!(first.axes == output && !matches!(first.phase, Phase::Live | Phase::Approach));
+        }
+        let mut failsafe = any_failsafe::<D, AXES>();
+        let demands: [D; AXES] = kani::any();
+        failsafe.frame(demands);
+        assert!(failsafe.has_frame && failsafe.demands == demands);
+        failsafe.poll(kani::any());
+        kani::cover!(is_valid, "built");
+    }
 }
-for_demands!(
-    no_panic,
-    nothing_panics::<u8, 3>(),
-    nothing_panics::<u16, 2>()
-);

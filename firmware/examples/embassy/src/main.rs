@@ -3,6 +3,10 @@
 //!
 //! `BufferedUarteRx` receives in the background. It reports no errors except overruns, so TIMER1 counts all errors of
 //! the UARTE. A read that takes too long shows that the line is idle.
+//!
+//! Both tasks run in one executor, so neither interrupts the other's call of the failsafe.
+//!
+//! This program is no safety function: a platform needs a switch that cuts the power of its actuators.
 #![no_std]
 #![no_main]
 #![allow(
@@ -10,17 +14,21 @@
     reason = "Embassy's macro uses `_spawner`"
 )]
 
-use core::{cell::RefCell, num::NonZeroU32, ptr::NonNull};
+mod handler;
+
+use core::{cell::RefCell, ptr::NonNull};
 
 use defmt::{info, unwrap, warn};
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_nrf::buffered_uarte::{BufferedUarteRx, InterruptHandler};
+use embassy_nrf::config::HfclkSource;
 use embassy_nrf::ppi::{Event, Ppi};
 use embassy_nrf::{bind_interrupts, pac, peripherals, timer, uarte};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
-use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-use framelock::{Line, LineEvent, Receiver};
+use framelock::LineEvent;
+use framelock::motion::{Failsafe, FailsafeParameters};
+use handler::Reception;
 use {defmt_rtt as _, panic_probe as _};
 
 bind_interrupts!(struct Interrupts {
@@ -33,7 +41,10 @@ const IDLE: Duration = Duration::from_millis(5);
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let mut p = embassy_nrf::init(embassy_nrf::config::Config::default());
+    // The UARTE's baud rate is accurate enough only with the crystal.
+    let mut config = embassy_nrf::config::Config::default();
+    config.hfclk_source = HfclkSource::ExternalXtal;
+    let mut p = embassy_nrf::init(config);
     // TIMER1 counts the UARTE's errors.
     let errors = timer::Timer::new_counter(p.TIMER1);
     let error = unwrap!(NonNull::new(pac::UARTE0.events_error().as_ptr()));
@@ -42,15 +53,10 @@ async fn main(_spawner: Spawner) {
     let mut channel = Ppi::new_one_to_one(p.PPI_CH2, error, errors.task_count());
     channel.enable();
     errors.start();
-    let parameters = FailsafeParameters {
-        hold_after: 100,
-        ramp_after: 500,
-        park: [128; 3],
-        ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
-    };
+    let parameters = FailsafeParameters::for_clock(1_000, 20, [128; 3]);
     let failsafe = RefCell::new(unwrap!(Failsafe::new(parameters, milliseconds())));
     let receive = async {
-        let mut line = Line::new(Receiver::new());
+        let mut reception = Reception::new(errors.cc(0).capture());
         let mut buffer = [0; 256];
         loop {
             // 115 200 baud, 8N1, on the pin of the nRF52840-DK's USB serial port.
@@ -65,9 +71,12 @@ async fn main(_spawner: Spawner) {
                 uarte::Config::default(),
                 &mut buffer,
             );
-            receive_until_overrun(serial, errors.cc(0), &mut line, &failsafe).await;
+            // The driver sets no pull-up. Without one, an open line floats, and its noise looks like bytes.
+            let pin = pac::P0.pin_cnf(8);
+            pin.modify(|pin| pin.set_pull(pac::gpio::vals::Pull::Pullup));
+            receive_until_overrun(serial, errors.cc(0), &mut reception, &failsafe).await;
             // The driver may have lost its position in the buffer, so restart the driver.
-            line.line_event(LineEvent::Overrun, |_| ());
+            reception.restart(errors.cc(0).capture());
             warn!("{}", LineEvent::Overrun);
         }
     };
@@ -77,33 +86,25 @@ async fn main(_spawner: Spawner) {
 async fn receive_until_overrun(
     mut serial: BufferedUarteRx<'_>,
     errors: timer::Cc<'_>,
-    line: &mut Line<Receiver<Bin>>,
+    reception: &mut Reception,
     failsafe: &RefCell<Failsafe<u8, 3>>,
 ) {
     let mut bytes = [0; 64];
-    let (mut seen, mut in_doubt) = (errors.capture(), false);
     loop {
-        let wait = if in_doubt { Duration::MIN } else { IDLE };
-        let read = with_timeout(wait, serial.read(&mut bytes)).await;
-        let now = errors.capture();
-        match read {
+        // After an error, read until the driver's buffer is empty.
+        let wait = if reception.in_doubt {
+            Duration::MIN
+        } else {
+            IDLE
+        };
+        let read = match with_timeout(wait, serial.read(&mut bytes)).await {
+            Ok(Ok(count)) => bytes.get(..count),
             Ok(Err(_)) => return,
-            // The position of the error in the driver's buffer is not known, so drop the whole buffer.
-            _ if now != seen => {
-                (seen, in_doubt) = (now, true);
-                line.line_event(LineEvent::Framing, |_| ());
-                warn!("{}", LineEvent::Framing);
-            }
-            Ok(Ok(_)) if in_doubt => {}
-            Ok(Ok(count)) => {
-                for &byte in bytes.iter().take(count) {
-                    if let Some(setpoint) = line.push(byte) {
-                        failsafe.borrow_mut().frame(milliseconds(), setpoint);
-                    }
-                }
-            }
-            Err(_) if line.pending() > 0 => line.line_event(LineEvent::Idle, |_| ()),
-            Err(_) => in_doubt = false,
+            Err(_) => None,
+        };
+        let frame = |setpoint| failsafe.borrow_mut().frame(setpoint);
+        if let Some(event) = reception.take(read, errors.capture(), frame) {
+            warn!("{}", event);
         }
     }
 }

@@ -3,27 +3,30 @@
 //!
 //! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO. If
 //! the FIFO is full, the UARTE reports an overrun.
+//!
+//! The interrupt and the task have different priorities. RTIC's `lock` keeps them from calling the failsafe at the same
+//! time.
+//!
+//! This program is no safety function: a platform needs a switch that cuts the power of its actuators.
 #![no_std]
 #![no_main]
+
+mod handler;
 
 use {defmt_rtt as _, panic_probe as _};
 
 #[rtic::app(device = nrf52840_hal::pac, dispatchers = [SWI0_EGU0])]
 mod app {
-    use core::num::NonZeroU32;
     use core::sync::atomic::{AtomicU8, Ordering, fence};
 
-    use framelock::LineEvent::{Framing, Idle, Overrun};
-    use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-    use framelock::{Line, Receiver};
+    use framelock::LineEvent::{Framing, Overrun};
+    use framelock::motion::{Failsafe, FailsafeParameters};
     use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
     use rtic_monotonics::nrf::timer::prelude::*;
+
+    use crate::handler::Reception;
+
     nrf_timer0_monotonic!(Mono, 1_000_000);
-    /// The length of a silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
-    /// adapter inserts into a frame.
-    const IDLE: u32 = 5;
-    /// Number of bytes to drop after an error, because they may have been received before the error.
-    const IN_DOUBT: u8 = 8;
     /// The byte in RAM to which the UARTE writes.
     static BYTE: AtomicU8 = AtomicU8::new(0);
     #[shared]
@@ -53,12 +56,7 @@ mod app {
         uarte.intenset.write(|w| w.endrx().set().error().set());
         uarte.enable.write(|w| w.enable().enabled());
         uarte.tasks_startrx.write(|w| w.tasks_startrx().set_bit());
-        let parameters = FailsafeParameters {
-            hold_after: 100,
-            ramp_after: 500,
-            park: [128; 3],
-            ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
-        };
+        let parameters = FailsafeParameters::for_clock(1_000, 20, [128; 3]);
         let failsafe = defmt::unwrap!(Failsafe::new(parameters, milliseconds()));
         defmt::unwrap!(actuate::spawn().ok());
         (Shared { failsafe }, Local { uarte })
@@ -66,39 +64,32 @@ mod app {
 
     /// Handles an error, a byte, or both.
     #[task(binds = UARTE0_UART0, priority = 2, shared = [failsafe], local = [
-        uarte, in_doubt: u8 = 0, heard: u32 = 0,
-        line: Line<Receiver<Bin>> = Line::new(Receiver::new()),
+        uarte, reception: Reception = Reception::new(),
     ])]
     fn receive(mut cx: receive::Context) {
-        let (uarte, line, in_doubt) = (cx.local.uarte, cx.local.line, cx.local.in_doubt);
+        let uarte = cx.local.uarte;
         let now = milliseconds();
-        let silence = now.wrapping_sub(core::mem::replace(cx.local.heard, now));
-        if silence >= IDLE {
-            line.line_event(Idle, |_| ());
-            *in_doubt = 0;
-        }
+        let (mut error, mut byte) = (None, None);
         if uarte.events_error.read().bits() != 0 {
             uarte.events_error.reset();
             let overrun = uarte.errorsrc.read().overrun().is_present();
             // SAFETY: writing 1 to a cause clears it.
             uarte.errorsrc.write(|w| unsafe { w.bits(0xF) });
-            let event = if overrun { Overrun } else { Framing };
-            line.line_event(event, |_| ());
-            defmt::warn!("{}", event);
-            *in_doubt = IN_DOUBT;
+            error = Some(if overrun { Overrun } else { Framing });
         }
         if uarte.events_endrx.read().bits() != 0 {
             uarte.events_endrx.reset();
             // The byte was stored before ENDRX came, and no other byte is stored before STARTRX.
             fence(Ordering::SeqCst);
-            let byte = BYTE.load(Ordering::Relaxed);
+            byte = Some(BYTE.load(Ordering::Relaxed));
             fence(Ordering::SeqCst);
             uarte.tasks_startrx.write(|w| w.tasks_startrx().set_bit());
-            if *in_doubt > 0 {
-                *in_doubt -= 1;
-            } else if let Some(setpoint) = line.push(byte) {
-                cx.shared.failsafe.lock(|all| all.frame(now, setpoint));
-            }
+        }
+        if let Some(setpoint) = cx.local.reception.interrupt(now, error, byte) {
+            cx.shared.failsafe.lock(|all| all.frame(setpoint));
+        }
+        if let Some(error) = error {
+            defmt::warn!("{}", error);
         }
     }
 

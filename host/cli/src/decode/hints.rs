@@ -104,7 +104,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
 
 /// Returns the number of bytes that are in frames.
 fn in_frames(protocol: &Protocol, policy: Policy, stream: &[u8]) -> usize {
-    let Ok(mut line) = AnyLine::for_recordings(protocol, policy) else {
+    let Ok(mut line) = AnyLine::new(protocol, policy) else {
         return 0;
     };
     line.feed(stream, |_| ());

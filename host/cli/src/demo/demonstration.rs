@@ -3,19 +3,48 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use framelock::motion::{Output, Setpoint};
+use framelock::motion::{FailsafeParameters, Output, Setpoint};
 use framelock_simulation::{
     Event, FaultRates, FrameFormat, LineTally, Origin, Parameters, Policy, ReceiverTally, Seed,
-    SmoothMotion, StationKind, Transmission, Trial, check_rate,
+    SmoothMotion, StationKind, Transmission, Trial,
 };
 
-use super::Arguments;
 use super::bytes::{ByteOnLine, Bytes};
 use super::lane::Lane;
-use super::script::{Passage, Script};
+use super::script::{self, LOSS, Passage, RATE, SECONDS};
 
-/// The number of bytes in a frame.
-const FRAME_LENGTH: usize = FrameFormat::Bin.length();
+const BAUD: u32 = 115_200;
+
+/// The number of the line's bits from the beginning of one slot to the next.
+const SLOT: u64 = BAUD as u64 / RATE;
+
+/// The seed of the motion and of the line's faults.
+const SEED: Seed = Seed { seed: 1, trial: 0 };
+
+/// While the seat moves, the line loses a byte, or inverts one of its bits, with these probabilities.
+pub(super) const FAULTS: FaultRates = FaultRates {
+    drop: 0.02,
+    flip: 0.002,
+    duplicate: 0.0,
+    insert: 0.0,
+};
+
+/// A failsafe for frames that are 100 ms apart. Its clock counts microseconds.
+const PARAMETERS: Parameters = Parameters {
+    baud: BAUD,
+    failsafe: FailsafeParameters {
+        hold_after: 500_000,
+        ramp_after: 2_500_000,
+        // 160 units per second, and 800 when live.
+        approach_travel: 1_593_750,
+        live_travel: 318_750,
+        ..Parameters::DEFAULT.failsafe
+    },
+    ..Parameters::DEFAULT
+};
+
+/// The time at which the demonstration is over.
+const END: Duration = Duration::from_secs(SECONDS);
 
 /// The state of a station, for the views.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,7 +62,6 @@ pub(super) struct Report {
 
 /// A motion PC, a line, and two stations at the end of the line, one for each policy.
 pub(super) struct Demonstration {
-    pub(super) arguments: Arguments,
     /// The virtual time.
     pub(super) now: Duration,
     /// The last setpoint that was sent.
@@ -41,48 +69,26 @@ pub(super) struct Demonstration {
     pub(super) bytes: Bytes,
     /// The lanes of the lecture's machine and of framelock.
     pub(super) lanes: [Lane; 2],
-    script: Script,
     motion: SmoothMotion,
     trial: Trial,
     slot: u64,
 }
 
 impl Demonstration {
-    pub(super) fn new(arguments: Arguments) -> Result<Self> {
-        let (baud, rate) = (arguments.baud, arguments.rate);
-        check_rate(rate.into(), FRAME_LENGTH, 0, baud, 1.0)?;
-        let period = 1_000.0 / f64::from(rate);
-        let parameters = Parameters {
-            baud,
-            rate: rate.into(),
-            idle_gap: arguments.idle_gap.unwrap_or(Parameters::DEFAULT.idle_gap),
-            // Hold after five frame times without a commit, and ramp after twenty-five frame times.
-            hold_after: 5.0 * period,
-            ramp_after: 25.0 * period,
-            // 160 units per second. This is faster than the motion, so that the failsafe catches up.
-            full_travel: 255_000.0 / 160.0,
-            ..Parameters::DEFAULT
-        };
-        let rates = FaultRates {
-            drop: arguments.drop,
-            flip: arguments.flip,
-            ..FaultRates::default()
-        };
-        let (seed, trial) = (arguments.seed, 0);
-        let seed = Seed { seed, trial };
+    pub(super) fn new() -> Result<Self> {
         let stations = [Policy::Lecture, Policy::Framelock].map(|policy| StationKind {
             policy,
-            has_idle_gap: arguments.idle_gap.is_some(),
+            has_idle_gap: false,
         });
-        let mut trial = Trial::new(&parameters, seed, rates, &stations)?;
+        let mut trial = Trial::new(&PARAMETERS, SEED, FAULTS, &stations)?;
         trial.events = Some(Vec::new());
+        trial.lost = Some(Origin {
+            frame: LOSS,
+            place: 0,
+        });
         Ok(Self {
-            script: Script {
-                slots: u64::from(arguments.seconds) * u64::from(rate),
-            },
-            arguments,
             // The motion takes two seconds from one point to the next.
-            motion: SmoothMotion::new(seed, 2 * u64::from(rate)),
+            motion: SmoothMotion::new(SEED, 2 * RATE),
             trial,
             now: Duration::ZERO,
             slot: 0,
@@ -94,17 +100,12 @@ impl Demonstration {
 
     /// Advances to `time`, or to the end. The results do not depend on the number of calls.
     pub(super) fn advance_to(&mut self, time: Duration) {
-        let Arguments { baud, rate, .. } = self.arguments;
-        self.now = self.now.max(time.min(self.end()));
-        let bits = self.now.as_nanos() * u128::from(baud) / 1_000_000_000;
+        self.now = self.now.max(time.min(END));
+        let bits = self.now.as_nanos() * u128::from(BAUD) / 1_000_000_000;
         // At the end, run for 30 more bits, so that the last byte on the line arrives.
         let until = u64::try_from(bits).unwrap_or(u64::MAX) + if self.is_over() { 30 } else { 0 };
-        while self.slot < self.script.slots {
-            let begin = self.slot * u64::from(baud) / u64::from(rate);
-            if begin > until {
-                break;
-            }
-            self.run_to(begin);
+        while self.slot < SECONDS * RATE && self.slot * SLOT <= until {
+            self.run_to(self.slot * SLOT);
             self.begin_slot(self.slot);
             self.slot += 1;
         }
@@ -127,56 +128,44 @@ impl Demonstration {
                         received,
                         outcomes,
                     };
-                    self.bytes.push(self.slot_begin(frame), byte);
+                    self.bytes.push(slot_begin(frame), byte);
                 }
                 Event::Frame { number, fates } => {
-                    let due = self.slot_begin(number);
+                    let due = slot_begin(number);
                     for (lane, fate) in self.lanes.iter_mut().zip(fates) {
                         lane.push(due, Some(fate));
                     }
                 }
-                Event::Byte { sent: None, .. } | Event::Look { .. } => {}
+                Event::Byte { sent: None, .. } => {}
             }
         }
     }
 
-    fn slot_begin(&self, slot: u64) -> Duration {
-        Duration::from_nanos(slot * 1_000_000_000 / u64::from(self.arguments.rate))
-    }
-
     /// Begins the next slot, and sends its frame unless the PC is silent.
     fn begin_slot(&mut self, slot: u64) {
-        let setpoint = self.script.setpoint(slot, &mut self.motion);
-        let passage = self.script.passage(slot).0;
+        let setpoint = script::setpoint(slot, &mut self.motion);
+        let passage = script::passage(slot);
         if passage == Passage::Silence {
-            let due = self.slot_begin(slot);
+            let due = slot_begin(slot);
             for lane in &mut self.lanes {
                 lane.push(due, None);
             }
             return;
         }
         self.trial.is_faulty = passage != Passage::Still;
-        if self.arguments.drop > 0.0 && self.script.loses_first_byte(slot) {
-            let (frame, place) = (slot, 0);
-            self.trial.lost = Some(Origin { frame, place });
-        }
         let [pitch, roll, yaw] = setpoint.into();
         let frame = Transmission::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
         self.trial.send(slot, frame);
         self.last_sent = Some(setpoint);
     }
 
-    pub(super) fn end(&self) -> Duration {
-        Duration::from_secs(self.arguments.seconds.into())
-    }
-
     pub(super) fn is_over(&self) -> bool {
-        self.now >= self.end()
+        self.now >= END
     }
 
     /// Returns the part of the demonstration to which the latest slot belongs.
     pub(super) fn passage(&self) -> Passage {
-        self.script.passage(self.slot.saturating_sub(1)).0
+        script::passage(self.slot.saturating_sub(1))
     }
 
     /// Returns the counts of the line, and the reports of the lecture's machine and of framelock.
@@ -195,5 +184,9 @@ impl Demonstration {
     }
 }
 
+fn slot_begin(slot: u64) -> Duration {
+    Duration::from_millis(slot * 1_000 / RATE)
+}
+
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -1,18 +1,14 @@
 //! The fate of each frame at a receiver, and the times during which the receiver was deaf.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use framelock_simulation::Fate;
-
-/// The number of fates that are kept. No terminal has this many columns.
-const KEPT: usize = 1000;
 
 /// The fates of the frames at one receiver, in the order in which the frames were due.
 #[derive(Debug, Default)]
 pub(super) struct Lane {
     /// The fates; `None` for a slot in which no frame was sent.
-    fates: VecDeque<Option<Fate>>,
+    fates: Vec<Option<Fate>>,
     /// The time of the first frame that the receiver has missed since its last delivery.
     deaf_since: Option<Duration>,
     longest_deafness: Duration,
@@ -21,10 +17,7 @@ pub(super) struct Lane {
 impl Lane {
     /// Appends the fate of the frame that was due at this time, or `None` if no frame was sent.
     pub(super) fn push(&mut self, due: Duration, fate: Option<Fate>) {
-        if self.fates.len() == KEPT {
-            self.fates.pop_front();
-        }
-        self.fates.push_back(fate);
+        self.fates.push(fate);
         match fate {
             Some(Fate::Missed) => self.deaf_since = self.deaf_since.or(Some(due)),
             // While nothing is sent, no frame can be missed.

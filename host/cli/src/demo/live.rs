@@ -13,9 +13,9 @@ use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 /// resumes the process misses nothing.
 const LONGEST_STEP: Duration = Duration::from_millis(250);
 
-/// Shows the demonstration at `speed` times real time, until the demonstration is over or the user quits. Restores the
+/// Shows the demonstration in real time, until the demonstration is over or the user quits. Restores the
 /// terminal afterwards, even after an error or a panic.
-pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
+pub(super) fn run(demonstration: &mut Demonstration) -> Result<()> {
     let mut screen = Screen::take()?;
     let mut drawn_at = Instant::now();
     let (mut is_paused, mut has_room) = (false, true);
@@ -29,7 +29,7 @@ pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
         let elapsed = drawn_at.elapsed();
         drawn_at += elapsed;
         if !is_paused && has_room {
-            let step = elapsed.min(LONGEST_STEP).mul_f64(speed);
+            let step = elapsed.min(LONGEST_STEP);
             demonstration.advance_to(demonstration.now + step);
         }
     }

@@ -3,26 +3,23 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use super::demonstration::{Demonstration, Report};
+use super::demonstration::{Demonstration, FAULTS, Report};
+use super::script::{RATE, SECONDS};
 use super::story::story;
 
-/// The limit on the number of lines with counts. It keeps the output of a long run readable.
-const MOST_LINES: u32 = 20;
-
-/// Runs the demonstration to its end without waiting. Prints the story. Between the story's parts, prints a line for
-/// each second. In a long run, a line covers several seconds.
+/// Runs the demonstration to its end without waiting. Prints the story, and a line for each second between the story's
+/// parts.
 pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io::Result<()> {
-    let seconds = demonstration.arguments.seconds;
-    let step = seconds.div_ceil(MOST_LINES);
     writeln!(
         out,
         "{:<31}{:<29}framelock\n{:>8}{:>8}{COLUMNS}{COLUMNS}",
         "", "lecture", "time", "sent"
     )?;
-    let (mut second, mut told) = (0, None);
-    loop {
+    let mut told = None;
+    for second in 0..=SECONDS {
+        demonstration.advance_to(Duration::from_secs(second));
         let story = story(demonstration);
-        if told.as_ref() != Some(&story) {
+        if told != Some(story) {
             writeln!(out, "\n{}\n{}\n", story.heading, story.text)?;
             told = Some(story);
         }
@@ -33,12 +30,8 @@ pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io
             let line = format!("{second:>6} s{sent:>8}{stations}");
             writeln!(out, "{}", line.trim_end())?;
         }
-        if second == seconds {
-            return writeln!(out);
-        }
-        second = (second + step).min(seconds);
-        demonstration.advance_to(Duration::from_secs(second.into()));
     }
+    writeln!(out)
 }
 
 const COLUMNS: &str = "    lost        deaf  failsafe";
@@ -55,26 +48,14 @@ fn columns(report: &Report) -> String {
 
 type Value<'a> = &'a dyn Fn(&Report) -> u64;
 
-/// Writes the options and the table of counts.
+/// Writes the table of counts.
 pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write) -> io::Result<()> {
-    let arguments = &demonstration.arguments;
     writeln!(
         out,
-        "seed {}, {} s, {} baud, {} frames a second\n\
-         in the ride a byte is lost with probability {}, a bit inverted with {}",
-        arguments.seed,
-        arguments.seconds,
-        arguments.baud,
-        arguments.rate,
-        arguments.drop,
-        arguments.flip
+        "{RATE} frames a second. While the seat moves, the line loses a byte with\n\
+         probability {}, and inverts a bit of it with probability {}.",
+        FAULTS.drop, FAULTS.flip
     )?;
-    if let Some(gap) = arguments.idle_gap {
-        writeln!(
-            out,
-            "idle gap: a pause of more than {gap} byte times drops the incomplete frame"
-        )?;
-    }
     if !demonstration.is_over() {
         let now = demonstration.now.as_secs_f64();
         writeln!(out, "ended early, after {now:.1} s")?;

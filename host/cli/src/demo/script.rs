@@ -24,7 +24,10 @@ pub(super) enum Passage {
     Again,
 }
 
-/// The parts of the demonstration and their lengths, in units of 1 / [`PARTS`] of the whole demonstration.
+/// Frames per second, slow enough to watch each frame. Motion software sends 50 or more.
+pub(super) const RATE: u64 = 10;
+
+/// The parts of the demonstration and their lengths in seconds.
 const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Still, 8),
     (Passage::Ride, 5),
@@ -32,49 +35,33 @@ const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Again, 3),
 ];
 
-/// The sum of all lengths in [`PASSAGES`].
-const PARTS: u64 = 20;
+/// The length of the demonstration in seconds: the sum of all lengths in [`PASSAGES`].
+pub(super) const SECONDS: u64 = 20;
 
-/// The schedule of the demonstration's parts. Time is counted in slots: slot `n` begins when frame `n` is due.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Script {
-    /// The number of slots.
-    pub(super) slots: u64,
+/// The slot whose frame loses its first byte. In this slot the seat stands still, and the line has no other faults.
+pub(super) const LOSS: u64 = 2 * RATE;
+
+/// Returns the part to which a slot belongs. Slot `n` begins when frame `n` is due.
+pub(super) fn passage(slot: u64) -> Passage {
+    let mut until = 0;
+    for (passage, seconds) in PASSAGES {
+        until += seconds * RATE;
+        if slot < until {
+            return passage;
+        }
+    }
+    Passage::Again
 }
 
-impl Script {
-    /// Returns the part to which a slot belongs, the part's first slot, and the part's number of slots.
-    pub(super) fn passage(self, slot: u64) -> (Passage, u64, u64) {
-        let mut begin = 0;
-        let mut parts_until = 0;
-        for (passage, parts) in PASSAGES {
-            parts_until += parts;
-            let end = self.slots * parts_until / PARTS;
-            if slot < end {
-                return (passage, begin, end - begin);
-            }
-            begin = end;
-        }
-        (Passage::Again, begin, 1)
+/// Returns the setpoint of a slot. Call this for every slot, in order.
+pub(super) fn setpoint(slot: u64, motion: &mut SmoothMotion) -> Setpoint {
+    if passage(slot) != Passage::Still {
+        return motion.setpoint(slot);
     }
-
-    /// Returns the setpoint of a slot. Call this for every slot, in order.
-    pub(super) fn setpoint(self, slot: u64, motion: &mut SmoothMotion) -> Setpoint {
-        if self.passage(slot).0 != Passage::Still {
-            return motion.setpoint(slot);
-        }
-        if slot == 0 {
-            motion.go(slot, STILL, 0);
-        }
-        motion.here(slot)
+    if slot == 0 {
+        motion.go(slot, STILL, 0);
     }
-
-    /// Returns whether the line loses the first byte of the slot's frame. This happens once, while the
-    /// seat stands still and the line has no other faults.
-    pub(super) fn loses_first_byte(self, slot: u64) -> bool {
-        let (passage, begin, length) = self.passage(slot);
-        passage == Passage::Still && slot == begin + length / 4
-    }
+    motion.here(slot)
 }
 
 #[cfg(test)]
@@ -83,39 +70,19 @@ mod tests {
 
     use super::*;
 
-    fn motion(slots: u64, rate: u64, seed: u64) -> Vec<Setpoint> {
-        let mut motion = SmoothMotion::new(Seed { seed, trial: 0 }, 2 * rate);
-        let script = Script { slots };
-        (0..slots)
-            .map(|slot| script.setpoint(slot, &mut motion))
-            .collect()
-    }
-
     #[test]
     fn passages_follow_each_other_to_the_end() {
-        for slots in [1, 2, 19, 20, 21, 1000, 86_400_000] {
-            let script = Script { slots };
-            let mut slot = 0;
-            while slot < slots {
-                let (_, begin, length) = script.passage(slot);
-                assert_eq!(begin, slot);
-                assert!(length > 0);
-                assert_eq!(script.passage(slot + length - 1).1, begin);
-                slot += length;
-            }
-            assert_eq!(slot, slots);
-        }
+        let all = PASSAGES
+            .iter()
+            .flat_map(|&(passage, seconds)| (0..seconds * RATE).map(move |_| passage));
+        assert!((0..SECONDS * RATE).map(passage).eq(all));
     }
 
     #[test]
     fn while_the_seat_stands_still_one_payload_repeats_and_one_byte_is_lost() {
-        let script = Script { slots: 1000 };
-        let still = (0..1000)
-            .zip(motion(1000, 50, 1))
-            .filter(|(slot, _)| script.passage(*slot).0 == Passage::Still);
-        assert_eq!(still.clone().count(), 400);
-        assert!(still.clone().all(|(_, setpoint)| setpoint == STILL));
-        let lossy = still.filter(|(slot, _)| script.loses_first_byte(*slot));
-        assert_eq!(lossy.count(), 1);
+        let mut motion = SmoothMotion::new(Seed { seed: 1, trial: 0 }, 2 * RATE);
+        let still = (0..8 * RATE).map(|slot| setpoint(slot, &mut motion));
+        assert!(still.eq([STILL; 80]));
+        assert_eq!(passage(LOSS), Passage::Still);
     }
 }

@@ -1,7 +1,4 @@
 //! Draws the live view of the demonstration. Drawing changes nothing.
-//!
-//! The layout is for 80 columns and 24 rows. With fewer rows, the view omits the bytes first, then the
-//! seats.
 
 use std::time::Duration;
 
@@ -14,15 +11,13 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::bytes;
 use super::demonstration::{Demonstration, Report};
+use super::script::SECONDS;
 use super::story::story;
-use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, phase_style};
+use crate::view_parts::{BLUE, VERMILLION, bar, phase_style};
 
-/// The size of the smallest terminal on which the story fits.
-const LEAST_WIDTH: u16 = 60;
-const LEAST_HEIGHT: u16 = 16;
-
-/// The width that the story's lines and the long legends need.
-const WIDE: u16 = 78;
+/// The size of the smallest terminal on which the view fits.
+const LEAST_WIDTH: u16 = 80;
+const LEAST_HEIGHT: u16 = 23;
 
 /// Draws the current state of the demonstration. Returns whether the terminal is large enough.
 pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: bool) -> bool {
@@ -30,28 +25,14 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     if area.width < LEAST_WIDTH || area.height < LEAST_HEIGHT {
         let text = format!(
             "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; this terminal has {} and {}. \
-             Enlarge the terminal, or press q and run: framelock demo --plain",
+             Enlarge the terminal, or press q and run: framelock demo | cat",
             area.width, area.height
         );
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
         return false;
     }
     let area = area.inner(Margin::new(1, 0));
-    let story_height = if area.width < WIDE { 7 } else { 5 };
-    let mut rows_left = RowsLeft::new(area.height, 1 + story_height + 2 * 3);
-    let gap = rows_left.exactly(2) / 2;
-    let lane_height = 3 + rows_left.exactly(2) / 2;
-    let bytes_height = rows_left.exactly(6);
-    let title_height = 1 + rows_left.exactly(1);
-    let heights = [
-        title_height,
-        story_height,
-        gap,
-        lane_height,
-        gap,
-        lane_height,
-        bytes_height,
-    ];
+    let heights = [2, 5, 1, 4, 1, 4, 6];
     let [title, told, _, lecture, _, framelock, bytes] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
 
@@ -61,8 +42,8 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     frame.render_widget(ends(vec![name], vec![keys], area.width), title);
 
     let story = story(demonstration);
-    let (now, seconds) = (demonstration.now, demonstration.arguments.seconds);
-    let time = format!("{:.1} of {seconds} s", now.as_secs_f64()).dim();
+    let now = demonstration.now.as_secs_f64();
+    let time = format!("{now:.1} of {SECONDS} s").dim();
     let lines = vec![
         ends(vec![story.heading.bold()], vec![time], area.width),
         story.text.replace('\n', " ").into(),
@@ -79,7 +60,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
             lane.last(area.width.into())
                 .map(|fate| fate.map_or(" ".into(), mark))
                 .collect(),
-            counts(report, broken, area.width),
+            counts(report, broken),
             seat(report, demonstration, area.width),
         ];
         frame.render_widget(Paragraph::new(lines), area);
@@ -127,17 +108,16 @@ fn mark(fate: Fate) -> Span<'static> {
 }
 
 /// Returns a row with the number of frames for each mark. The row is also the legend of the marks.
-fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
-    let (missed, broken_by_line) = if width < WIDE {
-        ("missed", "broken")
-    } else {
-        ("missed though whole", "broken by the line")
-    };
+fn counts(report: &Report, broken: u64) -> Line<'static> {
     let mut line = Line::default();
     for (fate, count, meaning) in [
         (Fate::Delivered, report.tally.delivered, "delivered"),
-        (Fate::Missed, report.tally.lost_intact, missed),
-        (Fate::Broken, broken, broken_by_line),
+        (
+            Fate::Missed,
+            report.tally.lost_intact,
+            "missed though whole",
+        ),
+        (Fate::Broken, broken, "broken by the line"),
         (Fate::Wrong, report.wrong, "wrong"),
     ] {
         line.push_span(mark(fate));

@@ -1,7 +1,6 @@
 //! Draws the view of a session. Drawing changes nothing.
 //!
-//! The layout is for 80 columns and 24 rows. With fewer rows, the view omits the chart first, then the
-//! discarded bytes.
+//! The layout is for 80 columns and 24 rows. A terminal with few rows shows no discarded bytes.
 
 use framelock::LineEvent;
 use framelock::motion::Output;
@@ -9,9 +8,8 @@ use framelock_receiving::FrameFormat;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
-use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph, Wrap};
+use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 
 use super::session::MonitorSession;
 use super::watch::{Lock, Watch};
@@ -21,30 +19,24 @@ use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_style
 const TITLE_ROWS: u16 = 2;
 const BOX_ROWS: u16 = 9;
 const DISCARDED_ROWS: u16 = 4;
-const CHART_ROWS: u16 = 7;
 const KEY_ROWS: u16 = 1;
 
-/// The names of the axes and the colors of their curves.
-const AXES: [(&str, Color); 3] = [
-    ("pitch", BLUE),
-    ("roll", VERMILLION),
-    ("yaw", Color::Magenta),
-];
+const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 
 /// Draws the view.
 pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
-    let discarded = rows_left.exactly(DISCARDED_ROWS);
     let has_setpoints = session.shown().frame.protocol.has_setpoints();
-    let (box_rows, chart) = if has_setpoints {
-        (BOX_ROWS, rows_left.all_of(CHART_ROWS))
+    let (box_rows, discarded) = if has_setpoints {
+        (BOX_ROWS, rows_left.all_of(DISCARDED_ROWS))
     } else {
-        // The fields take the place of the chart.
-        (BOX_ROWS + rows_left.all_of(0), 0)
+        // There may be many fields, so they get the free rows.
+        let discarded = rows_left.exactly(DISCARDED_ROWS);
+        (BOX_ROWS + rows_left.all_of(0), discarded)
     };
-    let heights = [TITLE_ROWS, box_rows, chart, discarded, KEY_ROWS];
-    let [title, boxes, chart, discarded, keys] =
+    let heights = [TITLE_ROWS, box_rows, discarded, KEY_ROWS];
+    let [title, boxes, discarded, keys] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
     let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(boxes);
 
@@ -56,14 +48,14 @@ pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
         " last frame "
     });
     let lines = if has_setpoints {
-        Paragraph::new(axes(watch, block.inner(left).width))
+        axes(watch, block.inner(left).width)
     } else {
-        Paragraph::new(fields(watch)).wrap(Wrap { trim: false })
+        fields(watch)
     };
+    let lines = Paragraph::new(lines).wrap(Wrap { trim: false });
     frame.render_widget(lines.block(block), left);
     let block = Block::bordered().title(" counters ");
     frame.render_widget(Paragraph::new(counters(session)).block(block), right);
-    draw_chart(frame, watch, chart);
     draw_discarded(frame, watch, discarded);
     let space = if session.is_paused() {
         "resumes"
@@ -113,23 +105,20 @@ fn title_lines(session: &MonitorSession) -> Vec<Line<'static>> {
     ]
 }
 
-/// Returns lines with the setpoint, the failsafe's output and the receiver's state.
+/// Returns lines with the setpoint, the receiver's state, and the failsafe's output and phase.
 fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let Output { axes, phase } = watch.output();
-    let demands = watch.now.setpoint.map(<[u8; 3]>::from);
+    let demands = watch.setpoint.map(<[u8; 3]>::from);
     let bar_width = width.saturating_sub(6 + 12);
     let mut lines = Vec::new();
-    for (axis, ((name, _), output)) in AXES.into_iter().zip(axes).enumerate() {
+    for (axis, (name, output)) in AXES.into_iter().zip(axes).enumerate() {
         let demand = demands.and_then(|axes| axes.get(axis).copied());
-        let number = |value: u8| watch.frame.number(value.into());
-        let sent = demand.map_or_else(|| " --".to_owned(), number);
+        let sent = demand.map_or("--".to_owned(), |demand| demand.to_string());
         let mut line = Line::from(format!("{name:<6}"));
         line.extend(bar(demand.unwrap_or(0), Some(output), bar_width));
-        line.push_span(format!(" {sent} out {}", number(output)));
+        line.push_span(format!(" {sent:>3} out {output:>3}"));
         lines.push(line);
     }
-    let phase = Span::styled(phase.to_string().to_uppercase(), phase_style(phase));
-    lines.push(Line::from(vec!["failsafe ".into(), phase]));
     let states = watch.frame.protocol.setpoints.map(FrameFormat::states);
     let states = states.unwrap_or_default();
     let mut line = Line::from("state   ");
@@ -141,6 +130,11 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
         });
     }
     lines.push(line);
+    let name = Span::styled(phase.to_string().to_uppercase(), phase_style(phase));
+    let reason = watch
+        .reason(phase)
+        .map_or(String::new(), |why| format!(": {why}"));
+    lines.push(Line::from(vec!["failsafe ".into(), name, reason.into()]));
     lines
 }
 
@@ -207,36 +201,6 @@ fn counters(session: &MonitorSession) -> Vec<Line<'static>> {
         lines.insert(3, line.into());
     }
     lines
-}
-
-/// Draws the setpoints of the last ten seconds.
-fn draw_chart(frame: &mut Frame, watch: &Watch, area: Rect) {
-    let mut curves = [(); 3].map(|()| Vec::new());
-    for sample in &watch.history {
-        let demands = sample.setpoint.map(<[u8; 3]>::from).into_iter().flatten();
-        for (curve, demand) in curves.iter_mut().zip(demands) {
-            curve.push((sample.at.as_secs_f64(), f64::from(demand)));
-        }
-    }
-    let mut title = Line::from(" the last ten seconds:");
-    for (name, color) in AXES {
-        title.push_span(Span::from(format!(" {name}")).fg(color));
-    }
-    title.push_span(" ");
-    let datasets = curves.iter().zip(AXES).map(|(data, (_, color))| {
-        Dataset::default()
-            .marker(Marker::Braille)
-            .graph_type(GraphType::Line)
-            .style(color)
-            .data(data)
-    });
-    let from = (watch.now.at.as_secs_f64() - 10.0).max(0.0);
-    let demands = Axis::default().bounds([0.0, 255.0]);
-    let chart = Chart::new(datasets.collect())
-        .block(Block::bordered().title(title))
-        .x_axis(Axis::default().bounds([from, from + 10.0]))
-        .y_axis(demands.labels([0, 128, 255].map(|demand| watch.frame.number(demand))));
-    frame.render_widget(chart, area);
 }
 
 /// Draws the last discarded bytes that fit, with the newest at the end.

@@ -1,4 +1,4 @@
-//! Watches a line as a board would, with a receiver and a failsafe, and keeps the recent history.
+//! Watches a line as a board would, with a receiver and a failsafe, and computes rates.
 //!
 //! The caller passes the time. Nothing in this module waits, draws or reads.
 
@@ -6,17 +6,15 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use framelock::LineEvent;
-use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Setpoint};
-use framelock_receiving::{AnyLine, Piece, TrackedLine};
+use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase, Setpoint};
+use framelock_receiving::{AnyLine, Piece, Standstill, TrackedLine};
 
 use crate::frame_writer::{FrameWriter, Place};
 
-/// The time between samples, and the number of samples that are kept. The kept samples cover ten seconds.
+/// The time between samples, and the number of samples that are kept. From the oldest to the newest sample, two seconds
+/// pass. The rates are those of these two seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
-const SAMPLES: u16 = 100;
-
-/// The number of samples over which rates are computed. These samples cover two seconds.
-const RATE_SAMPLES: usize = 20;
+const SAMPLES: u16 = 21;
 
 /// The number of discarded bytes that are kept. Two rows of a terminal show fewer bytes than this.
 const DISCARDED_LENGTH: usize = 256;
@@ -24,7 +22,7 @@ const DISCARDED_LENGTH: usize = 256;
 /// Whether the receiver is in step with the sender.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Lock {
-    /// No byte has arrived within the failsafe's hold time.
+    /// No byte has arrived for a second, or for the failsafe's hold time if that is longer.
     Silent,
     /// Bytes arrive, but some were discarded since the last frame, or there was no frame yet.
     Searching,
@@ -36,8 +34,6 @@ pub(super) enum Lock {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) at: Duration,
-    /// The setpoint of the last frame.
-    pub(super) setpoint: Option<Setpoint>,
     /// The number of frames since the start; resetting the counters does not change it.
     frames: u64,
     bytes: u64,
@@ -50,11 +46,13 @@ pub(super) struct Watch {
     pub(super) frame: FrameWriter,
     /// Frames that the session has not taken yet, each with its offset and time.
     pub(super) arrived: Vec<(Place, Vec<u8>)>,
-    /// The last frame's bytes.
+    /// The last frame's setpoint and bytes.
+    pub(super) setpoint: Option<Setpoint>,
     pub(super) last: Option<Vec<u8>>,
     pub(super) line: TrackedLine,
     failsafe: Failsafe<u8, 3>,
-    hold_after: Duration,
+    standstill: Standstill,
+    silent_after: Duration,
     idle_gap: Option<Duration>,
     /// Discarded bytes, each with a flag that says whether the previous byte was discarded too.
     pub(super) discarded: VecDeque<(u8, bool)>,
@@ -64,9 +62,14 @@ pub(super) struct Watch {
     is_idle: bool,
     heard_at: Option<Duration>,
     pub(super) framed_at: Option<Duration>,
-    pub(super) history: VecDeque<Sample>,
+    history: VecDeque<Sample>,
     next_sample: Duration,
+    polled_at: Duration,
 }
+
+/// The time between two polls of the failsafe, in microseconds, as in the firmware.
+pub(super) const TICK: u32 = 2_000;
+pub(super) const TICKS_PER_SECOND: u32 = 1_000_000;
 
 impl Watch {
     /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
@@ -77,14 +80,17 @@ impl Watch {
         parameters: FailsafeParameters<u8, 3>,
         idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
+        let silent_after = parameters.hold_after.max(TICKS_PER_SECOND);
         Ok(Self {
             now: Sample::default(),
             frame,
             arrived: Vec::new(),
+            setpoint: None,
             last: None,
             line: TrackedLine::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
-            hold_after: Duration::from_micros(parameters.hold_after.into()),
+            standstill: Standstill::new(TICKS_PER_SECOND, parameters.hold_after),
+            silent_after: Duration::from_micros(silent_after.into()),
             idle_gap,
             discarded: VecDeque::new(),
             is_in_loss: false,
@@ -94,13 +100,14 @@ impl Watch {
             framed_at: None,
             history: VecDeque::new(),
             next_sample: Duration::ZERO,
+            polled_at: Duration::ZERO,
         })
     }
 
     /// Advances to `time`. Ignores a `time` that is earlier than the time reached so far.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let now = time.max(self.now.at);
-        // After a long interruption, add no more samples than the history holds.
+        // After a long interruption, add no more samples than are kept.
         let earliest = now.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
         self.next_sample = self.next_sample.max(earliest);
         while self.next_sample <= now {
@@ -115,7 +122,18 @@ impl Watch {
             let pieces = self.line.line_event(LineEvent::Idle);
             self.settle(pieces);
         }
-        self.failsafe.poll(ticks(now));
+        // Poll as often as a board does. After a long interruption, leave out the beginning.
+        let tick = Duration::from_micros(TICK.into());
+        self.polled_at = self
+            .polled_at
+            .max(now.saturating_sub(Duration::from_secs(10)));
+        while self.polled_at + tick <= now {
+            self.polled_at += tick;
+            let ticks = ticks(self.polled_at);
+            self.failsafe.poll(ticks);
+            let slow_frames = self.failsafe.slow_frames();
+            self.standstill.polled(ticks, self.now.frames, slow_frames);
+        }
     }
 
     /// Takes a byte that arrived.
@@ -154,8 +172,8 @@ impl Watch {
             }
             self.now.frames += 1;
             if let Some(setpoint) = self.frame.protocol.setpoint(&bytes) {
-                self.now.setpoint = Some(setpoint);
-                self.failsafe.frame(ticks(self.now.at), setpoint);
+                self.setpoint = Some(setpoint);
+                self.failsafe.frame(setpoint);
             }
             let place = Place {
                 offset: from + bytes.len() - 1,
@@ -177,7 +195,7 @@ impl Watch {
     }
 
     pub(super) fn lock(&self) -> Lock {
-        let is_silent = |at: Duration| self.now.at.saturating_sub(at) >= self.hold_after;
+        let is_silent = |at: Duration| self.now.at.saturating_sub(at) >= self.silent_after;
         if self.heard_at.is_none_or(is_silent) {
             Lock::Silent
         } else if self.is_searching {
@@ -193,10 +211,14 @@ impl Watch {
         { self.failsafe }.poll(ticks(self.now.at))
     }
 
+    /// Returns the reason why the output does not follow the setpoints in this phase.
+    pub(super) fn reason(&self, phase: Phase) -> Option<String> {
+        self.standstill.reason(phase)
+    }
+
     /// Returns the frames and the bytes per second, over the last two seconds.
     pub(super) fn rates(&self) -> [f64; 2] {
-        let before = self.history.len().saturating_sub(RATE_SAMPLES + 1);
-        let (Some(first), Some(last)) = (self.history.get(before), self.history.back()) else {
+        let (Some(first), Some(last)) = (self.history.front(), self.history.back()) else {
             return [0.0; 2];
         };
         let time = last.at.saturating_sub(first.at).as_secs_f64();

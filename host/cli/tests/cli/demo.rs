@@ -2,11 +2,6 @@
 
 use crate::process;
 
-/// Runs `framelock demo`, which must succeed without messages, and returns its standard output.
-fn shown(arguments: &[&str]) -> String {
-    process::shown(&[&["demo"], arguments].concat(), "")
-}
-
 /// Returns a row of the table: the numbers of the lecture's machine and of framelock.
 fn row(shown: &str, name: &str) -> [u64; 2] {
     let numbers = shown
@@ -21,8 +16,8 @@ fn row(shown: &str, name: &str) -> [u64; 2] {
 }
 
 #[test]
-fn the_default_demo_shows_the_difference() {
-    let shown = shown(&[]);
+fn the_demo_shows_the_difference() {
+    let shown = process::shown(&["demo"], "");
     let [lecture, framelock] = row(&shown, "lost");
     assert!(lecture > framelock + 55);
     let [lecture, framelock] = row(&shown, "though delivered whole");
@@ -40,40 +35,4 @@ fn the_default_demo_shows_the_difference() {
     for line in shown.lines() {
         assert!(line.len() <= 80, "{line}");
     }
-}
-
-#[test]
-fn the_same_seed_gives_the_same_lines() {
-    let seven = shown(&["--seed", "7"]);
-    assert_eq!(shown(&["--seed", "7", "--plain"]), seven);
-    assert_eq!(shown(&["--seed", "7", "--speed", "0.1"]), seven);
-    assert_ne!(shown(&["--seed", "8"]), seven);
-}
-
-#[test]
-fn without_faults_the_story_mentions_none() {
-    let shown = shown(&["--drop", "0", "--flip", "0"]);
-    assert!(shown.contains("\nA GOOD LINE\n") && !shown.contains("lost, and one frame"));
-    assert!(
-        shown.ends_with("\nBroken by the line: 0. Missed though whole: lecture 0, framelock 0.\n")
-    );
-    assert_eq!(row(&shown, "received"), [160; 2]);
-}
-
-#[test]
-fn with_an_idle_gap_rule_the_lectures_machine_finds_every_frame_too() {
-    for seed in ["1", "2", "3"] {
-        let shown = shown(&["--idle-gap", "20", "--seed", seed]);
-        assert_eq!(row(&shown, "though delivered whole"), [0, 0]);
-        assert!(shown.contains("idle gap: a pause of more than 20 byte times"));
-        assert!(shown.contains("With the\nidle-gap rule each receiver"));
-        assert!(!shown.contains("deaf:"));
-    }
-}
-
-#[test]
-fn a_long_run_takes_few_lines() {
-    let shown = shown(&["--seconds", "3600", "--rate", "10"]);
-    assert!(shown.lines().count() < 70);
-    assert_eq!(row(&shown, "frames sent")[0], 28_800);
 }

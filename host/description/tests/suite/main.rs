@@ -10,7 +10,6 @@
 
 mod agreement;
 mod drawn;
-mod hostile;
 mod ibus;
 mod keys;
 mod kinds;

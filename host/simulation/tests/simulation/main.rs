@@ -8,13 +8,12 @@
 
 mod findings;
 mod limits;
+mod theory;
 
-use framelock_simulation::{Parameters, Policy, ReceiverTally, StationKind, Tally, run};
+use framelock_simulation::{Parameters, Policy, ReceiverTally, StationKind, Tally, run_all};
 
 fn simulated(parameters: &Parameters) -> Tally {
-    (0..parameters.trials)
-        .map(|number| run(parameters, number.into(), false).unwrap().tally())
-        .fold(Tally::default(), Tally::and)
+    run_all(parameters).unwrap()
 }
 
 /// Returns the tally of the receiver with this policy.

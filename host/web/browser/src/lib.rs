@@ -5,7 +5,7 @@
 
 mod firefox;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread::{panicking, sleep};
 use std::time::{Duration, Instant};
@@ -52,7 +52,6 @@ macro_rules! commands {
 commands! {
     Evaluate: "Runtime.evaluate",
     AccessibilityTree: "Accessibility.getFullAXTree",
-    Drag: "Input.dispatchDragEvent",
     Media: "Emulation.setEmulatedMedia",
     Metrics: "Emulation.setDeviceMetricsOverride",
 }
@@ -263,16 +262,6 @@ impl Page {
                 chromium.call(Metrics(size));
             }
             Driven::Firefox(firefox) => firefox.resize(width, height),
-        }
-    }
-
-    /// Drops a file on the page, as if from the desktop.
-    pub fn drop_file(&self, file: &Path) {
-        for step in ["dragEnter", "dragOver", "drop"] {
-            let data = json!({"items": [], "files": [file], "dragOperationsMask": 1});
-            self.chromium().call(Drag(
-                json!({"type": step, "x": 300, "y": 300, "data": data}),
-            ));
         }
     }
 

@@ -266,42 +266,6 @@ fn the_keyboard_is_enough() {
 }
 
 #[test]
-fn a_recording_of_ten_megabytes_is_decoded_with_visible_progress() {
-    // Frames with all values. In each block of 1000 bytes, one byte is lost. Its position in the
-    // block advances from block to block.
-    let frame = |n: u32| {
-        let [pitch, roll, yaw, _] = n.wrapping_mul(0x9E37_79B1).to_le_bytes();
-        [0x41, 0x42, 0x00, pitch, roll, yaw, 0x0D]
-    };
-    let bytes = (0..).flat_map(frame).enumerate();
-    let arrive = bytes.filter(|(place, _)| place % 1_000 != place / 1_000 % 1_000);
-    let bytes: Vec<u8> = arrive.map(|(_, byte)| byte).take(10_000_000).collect();
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
-    fs::write(&file, &bytes).expect("the recording is writable");
-
-    let page = Page::at(DEAF);
-    page.run(
-        "window.seen = [];
-        addEventListener('drop', () => window.dropped = performance.now(), true);
-        new MutationObserver(() => {
-            const { hidden, value } = document.getElementById('progress');
-            if (!hidden) seen.push(value); else if (seen.length > 0) window.done = performance.now();
-        }).observe(document.getElementById('progress'), { attributes: true }); 0",
-    );
-    page.drop_file(&file);
-    page.wait_for("window.done && JSON.parse(framelock()).address.includes('file=10000000')");
-    let time = page.run("done - dropped");
-    println!(
-        "10 MB were decoded in {:.0} ms",
-        time.as_f64().unwrap_or(f64::NAN)
-    );
-    let seen = page.run("[...new Set(seen)]");
-    let seen: Vec<f64> = list(&seen).iter().filter_map(Value::as_f64).collect();
-    assert!(seen.len() >= 5 && seen.is_sorted(), "{seen:?}");
-    compare_counts("the recording", &page.go(10_000_000), &bytes);
-}
-
-#[test]
 fn playing_holds_the_fault_and_the_missed_frame_until_the_user_continues() {
     for page in Page::in_each(DEAF) {
         page.run("document.getElementById('speed').value = '3000'; 0");
@@ -322,6 +286,15 @@ fn playing_holds_the_fault_and_the_missed_frame_until_the_user_continues() {
         assert_eq!(lost, 1);
         page.press(" ");
         page.wait_for("JSON.parse(framelock()).position === JSON.parse(framelock()).bytes");
+    }
+}
+
+#[test]
+fn a_deaf_machine_says_that_it_has_no_frames() {
+    for page in Page::in_each(&format!("{DEAF}&at=312")) {
+        let reasons =
+            page.run("[...document.querySelectorAll('.reason')].map((it) => it.textContent)");
+        assert_eq!(reasons, json!(["Parked: no frames", "Parked: no frames"]));
     }
 }
 

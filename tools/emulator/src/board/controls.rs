@@ -65,6 +65,14 @@ impl Board {
         self.hold_offs.insert(place, (at, cycles));
     }
 
+    /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
+    /// the watchdog pauses unless WDT.CONFIG.HALT is 1.
+    pub fn halt_for(&mut self, cycles: u64) {
+        self.shared.chip().peripherals.watchdog.own.pause(cycles);
+        self.shared.touched.store(true, Relaxed);
+        self.hold_off(self.now, cycles);
+    }
+
     /// Resets the chip by its reset pin.
     pub fn reset(&mut self) {
         self.reset_for(ResetCause::Pin);

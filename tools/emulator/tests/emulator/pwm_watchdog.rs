@@ -184,6 +184,26 @@ fn a_watchdog_that_is_fed_does_not_bite() {
     assert!(board.trace().resets.is_empty());
 }
 
+/// The configuration 1 pauses the watchdog while a debugger halts the core. The configuration 9 lets it run on.
+#[test]
+fn a_halt_pauses_the_watchdog_if_its_configuration_says_so() {
+    for (configuration, resets) in [(1, 0), (9, 1)] {
+        let mut board = asleep();
+        board.set(WDT + 0x50C, configuration);
+        board.set(WDT + 0x504, 3_276);
+        board.set(WDT, 1);
+        board.wait(50 * MILLISECOND);
+        let began = board.now();
+        board.halt_for(2_000 * MILLISECOND);
+        board.wait(2_040 * MILLISECOND);
+        assert_eq!(board.trace().resets.len(), resets, "{configuration}");
+        // The time has passed also for the peripherals that do not pause.
+        assert!(board.now() >= began + 2_040 * MILLISECOND);
+        board.wait(20 * MILLISECOND);
+        assert_eq!(board.trace().resets.len(), 1, "{configuration}");
+    }
+}
+
 #[test]
 fn another_value_does_not_feed_it() {
     let mut board = watched();

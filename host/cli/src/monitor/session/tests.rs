@@ -30,11 +30,6 @@ impl MonitorSession {
     pub(in super::super) fn press(&mut self, key: char) -> bool {
         self.key(KeyCode::Char(key).into())
     }
-
-    pub(in super::super) fn in_hex(mut self) -> Self {
-        self.watch.frame.is_hex = true;
-        self
-    }
 }
 
 #[test]

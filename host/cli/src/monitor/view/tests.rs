@@ -11,7 +11,7 @@ use ratatui::backend::TestBackend;
 
 use super::super::session::MonitorSession;
 use super::super::session::tests::{session, session_of};
-use super::super::watch::tests::ms;
+use super::super::watch::tests::{FRAME, ms};
 use super::*;
 
 /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
@@ -57,21 +57,21 @@ fn the_screen_shows_the_watched_line() {
         "│pitch ███████████┃         149 out 149││bytes 1057  frames 150                │",
         "│roll  ████┃                 64 out  64││discarded 3                           │",
         "│yaw   ██████████████┃      192 out 192││  no sync 2  broken sync 1            │",
-        "│failsafe LIVE                         ││  terminator 0  checksum 0  line 0    │",
-        "│state    A  B  1  2 [3] 4  CR         ││resynchronised 0  idle gaps 0         │",
+        "│state    A  B  1  2 [3] 4  CR         ││  terminator 0  checksum 0  line 0    │",
+        "│failsafe LIVE                         ││resynchronised 0  idle gaps 0         │",
         "│                                      ││line errors: framing 0     break 0    │",
         "│                                      ││not recorded                          │",
         "└──────────────────────────────────────┘└──────────────────────────────────────┘",
-        "┌ the last ten seconds: pitch roll yaw ────────────────────────────────────────┐",
-        "│255│                                                                          │",
-        "│   │⠠⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠄                                                   │",
-        "│   │                   ⣀⡠⠤⠄                                                   │",
-        "│128│            ⢀⣀⡠⠤⠒⠊⠉                                                       │",
-        "│   │⠐⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠂                                                   │",
-        "│  0│⢀⡠⠤⠒⠊⠉                                                                    │",
-        "└──────────────────────────────────────────────────────────────────────────────┘",
         "┌ last discarded bytes; | marks a frame in between ────────────────────────────┐",
         "│|41 7F 3F                                                                     │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
+        "│                                                                              │",
         "│                                                                              │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
         " q quits, space pauses, r records, z counts from zero, ? help                   ",
@@ -117,13 +117,14 @@ fn events_of_the_line_are_shown() {
     let errors = "
         8: line errors: framing 1     break 2
         6: line 4
-        20: │|41 7F 3F 41 42 00 01  ";
+        12: │|41 7F 3F 41 42 00 01  ";
     shows(&mut with_errors, 80, errors);
     let mut nothing = session(Path::new(""), false);
     let nothing_yet = "
         1: no frame yet
         3: -- out 128│
-        7: state   [A] B
+        6: state   [A] B
+        7: failsafe PARKED: no frames
         8: this input reports none";
     shows(&mut nothing, 80, nothing_yet);
     let mut silent = watched(false);
@@ -133,22 +134,39 @@ fn events_of_the_line_are_shown() {
         1: 0.0 frames/s
         1: last frame 7.0 s ago
         3: 149 out 128│
-        6: │failsafe PARKED";
+        7: │failsafe PARKED: no frames";
     shows(&mut silent, 80, silence);
     // If there is little room, the newest discarded bytes are shown.
-    nothing.receive(ms(1), &[b'?'; 60]);
+    nothing.receive(ms(1), &[b'?'; 130]);
     nothing.receive(ms(2), b"1234");
-    shows(&mut nothing, 80, "20: │ 3F 3F\n21: 3F 31 32 33 34│");
+    shows(&mut nothing, 40, "12: │ 3F 3F\n21: 3F 31 32 33 34");
 }
 
 #[test]
-fn numbers_are_in_hex_if_that_is_asked_for() {
-    let mut bin = session_of("bin", Path::new(""), false).in_hex();
-    bin.receive(ms(1), b"AB\0\x95\x40\xC0\r");
-    shows(&mut bin, 80, "3: 95 out  80│\n4: 40 out  80│");
-    let mut sbus = session_of("sbus", Path::new(""), false).in_hex();
-    sbus.receive(ms(1), &SBUS);
-    shows(&mut sbus, 80, "5: │channel 3E0 3E0");
+fn the_view_says_why_the_platform_does_not_follow() {
+    // A sender of five frames per second.
+    let mut slow = session(Path::new(""), false);
+    for frame in 0..20 {
+        slow.receive(ms(10 + 200 * frame), FRAME);
+    }
+    slow.advance_to(ms(4_000));
+    let apart = "
+        1: LOCKED       5.0 frames/s
+        7: │failsafe PARKED: frames arrive too far│
+        8: │apart (fewer than 10 a second)        │";
+    shows(&mut slow, 80, apart);
+    // The sender becomes fast.
+    for frame in 0..30 {
+        slow.receive(ms(4_010 + 20 * frame), FRAME);
+    }
+    let approach = "
+        7: │failsafe APPROACH: moves slowly to the│
+        8: │setpoint                              │";
+    shows(&mut slow, 80, approach);
+    for frame in 30..100 {
+        slow.receive(ms(4_010 + 20 * frame), FRAME);
+    }
+    shows(&mut slow, 80, "7: │failsafe LIVE   ");
 }
 
 #[test]
@@ -160,7 +178,7 @@ fn keys_change_what_is_shown() {
     session.press(' ');
     session.press('z');
     shows(&mut session, 80, "3: bytes 4  frames 0  ");
-    let discarded = format!("20: │{:78}│", "");
+    let discarded = format!("12: │{:78}│", "");
     shows(&mut session, 80, &discarded);
     session.press('r');
     shows(&mut session, 80, "9: cannot record in no/such/directory");
@@ -184,13 +202,12 @@ fn keys_change_what_is_shown() {
 }
 
 #[test]
-fn a_low_terminal_omits_the_chart_and_then_the_bytes() {
+fn a_low_terminal_omits_the_discarded_bytes() {
     let has = |height, text| {
         let rows = screen(&mut watched(false), 80, height);
         rows.iter().any(|row| row.contains(text))
     };
-    for (height, chart, discarded) in [(24, true, true), (22, false, true), (15, false, false)] {
-        assert_eq!(has(height, "the last ten seconds"), chart, "{height}");
+    for (height, discarded) in [(24, true), (16, true), (15, false)] {
         assert_eq!(has(height, "last discarded bytes"), discarded, "{height}");
         assert!(has(height, "resynchronised 0"), "{height}");
     }

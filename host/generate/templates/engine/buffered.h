@@ -1,29 +1,6 @@
-/* The engine of every receiver with a buffer, copied from the generated headers. `any_index` stands for the type of
- * indexes. A test compares this file with the headers. */
-static void any_init(any_receiver *receiver)
-{
-    any_clear(receiver, sizeof *receiver);
-}
-
-static uint32_t any_pending(const any_receiver *receiver)
+ANY_FUNCTION uint32_t any_pending(const any_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
-}
-
-static inline void any_count_discarded(any_receiver *receiver, any_outcome reason, any_index count)
-{
-    receiver->counters.discarded[reason] += count;
-    receiver->is_lost = true;
-}
-
-static inline void any_count_frame(any_receiver *receiver, any_index length)
-{
-    receiver->counters.frames++;
-    receiver->counters.frame_bytes += length;
-    if (receiver->is_lost) {
-        receiver->is_lost = false;
-        receiver->counters.resynchronisations++;
-    }
 }
 
 /* Forgets the pending bytes. */
@@ -94,7 +71,7 @@ static inline void any_move_to_front(any_receiver *receiver)
     }
 }
 
-static bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
+ANY_FUNCTION bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
 {
     any_index length;
     bool again;
@@ -126,7 +103,7 @@ static bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
     return true;
 }
 
-static bool any_poll(any_receiver *receiver, any_message *message)
+ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
 {
     any_index length;
     bool again;
@@ -142,7 +119,7 @@ static bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
-static void any_line_event(any_receiver *receiver, any_event event,
+ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     void (*received)(void *context, const any_message *message), void *context)
 {
     any_message message;

@@ -1,7 +1,7 @@
 //! Formulas for those measured figures that can be calculated.
 
 use framelock::motion::crc8;
-use framelock_receiving::FrameFormat;
+use framelock_simulation::FrameFormat;
 
 /// Returns the probability that a frame after a pause is delivered with a wrong setpoint, if each
 /// bit is inverted with the probability `flip`.
@@ -11,8 +11,7 @@ use framelock_receiving::FrameFormat;
 /// The formula omits cases in which two unlikely errors coincide. The formula also omits receivers that miss a start
 /// bit and are back in step two bytes later. If at most one bit in a hundred is inverted, the omitted cases together
 /// add less than 5 % to the result.
-#[must_use]
-pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
+pub(crate) fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
     let kept = |bits| (1.0 - flip).powi(bits);
     match format {
         // 24 fixed bits, 14 start and stop bits, 9 idle bits. The second factor is 1 - (1 -

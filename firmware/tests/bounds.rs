@@ -1,0 +1,348 @@
+//! Tests that no output jumps: whatever arrives, and whenever the main loop stands still or the chip is reset, two
+//! outputs in a row differ by at most the number of units that the settings state.
+
+use nrf52840_emulator::{Board, MILLISECOND, ResetCause};
+
+use crate::firmware::{Firmware, Setpoint, UNDEFINED, frame, sample};
+use crate::outputs::{led3, pulse, pulses};
+
+/// The most units by which the output of a poll differs from the output before, by the settings. The output moves over
+/// its 255 units in 200 ms, and a poll moves it for at most 4 ms.
+const MOST_PER_POLL: u8 = 6;
+/// The most units per poll in an approach and on the way to park, where 255 units take a second.
+const MOST_PER_SLOW_POLL: u8 = 2;
+/// The most by which a pulse differs from the pulse before, in microseconds. A pulse is decided at most 26 ms after the
+/// pulse before, and moves by 5 us per millisecond. One unit is 4 us.
+const MOST_PER_PULSE: u64 = 136;
+/// The same for the pulses before and after a halt, which are decided at most 44 ms apart, not counting the halt.
+const MOST_PER_HALT: u64 = 226;
+/// The same in an approach and on the way to park, where a pulse moves by 1 us per millisecond.
+const MOST_PER_SLOW_PULSE: u64 = 50;
+/// The time between two frames.
+const FRAME_EVERY: u64 = 20;
+/// The time of a frame on the line, in cycles.
+const FRAME: u64 = 7 * 10 * 64_000_000 / 115_200;
+
+/// Firmware whose outputs are recorded.
+struct Recorded {
+    firmware: Firmware,
+    kept: usize,
+}
+
+impl Recorded {
+    fn booted() -> Self {
+        let mut firmware = Firmware::booted("default");
+        let kept = firmware.board.watch("LAST_OUTPUT").unwrap();
+        Self { firmware, kept }
+    }
+
+    /// Sends a frame every 20 ms for this number of milliseconds. `demand` returns the demands for a time in
+    /// milliseconds.
+    fn drive(&mut self, milliseconds: u64, demand: impl Fn(u64) -> Setpoint) {
+        for n in 0..milliseconds / FRAME_EVERY {
+            let demands = demand(n * FRAME_EVERY);
+            self.firmware.send_and_wait(&frame(demands), 0);
+            self.firmware.run_for(FRAME_EVERY * MILLISECOND - FRAME);
+        }
+    }
+
+    /// Brings the outputs to these demands, and asserts that they are live there.
+    fn live_at(&mut self, demand: Setpoint) {
+        self.drive(2_000, |_| demand);
+        assert_eq!(led3(&mut self.firmware, 20), (0, 0), "live");
+        assert_eq!(self.last_pulses(), demand.map(|unit| pulse(unit.into())));
+    }
+
+    fn last_pulses(&mut self) -> [u64; 3] {
+        *pulses(&mut self.firmware, 0).last().unwrap()
+    }
+
+    /// Returns the output at an instant, and the outputs of all later polls, without repetitions.
+    fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
+        let changes = &self.firmware.board.trace().changes;
+        let kept = changes.iter().filter(|change| change.watch == self.kept);
+        let kept: Vec<_> = kept.collect();
+        let later = kept.partition_point(|change| change.at < since);
+        let outputs = kept[later.saturating_sub(1)..].iter().map(|change| {
+            let [axes @ .., _] = change.value.to_le_bytes();
+            axes
+        });
+        outputs.collect()
+    }
+
+    /// Asserts that no output of a poll has changed by more than `most` units since an instant, and no pulse by more
+    /// than the settings allow.
+    fn assert_bounded(&mut self, since: u64, most: u8, what: &str) {
+        for pair in self.polled(since).windows(2) {
+            let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
+            assert!(differences.max() <= Some(most), "{what}: {pair:?}");
+        }
+        let before = since.saturating_sub(FRAME_EVERY * MILLISECOND);
+        for pair in pulses(&mut self.firmware, before).windows(2) {
+            let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
+            let most = match most {
+                MOST_PER_SLOW_POLL => MOST_PER_SLOW_PULSE,
+                _ if self.firmware.counter("late_polls") > 0 => MOST_PER_HALT,
+                _ => MOST_PER_PULSE,
+            };
+            assert!(differences.max() <= Some(most), "{what}: {pair:?}");
+        }
+    }
+}
+
+/// A debugger halts the core while a frame waits for the main loop. The watchdog pauses, but the clock and the PWM run
+/// on.
+#[test]
+fn after_a_halt_the_outputs_go_on_from_where_they_are() {
+    let mut recorded = Recorded::booted();
+    for (n, halt) in (1..).zip(sample(5..50, 15).chain([90, 130, 300, 700, 2_000])) {
+        recorded.live_at([255, 0, 255]);
+        let firmware = &mut recorded.firmware;
+        let from = firmware.board.now();
+        firmware.board.send(&frame([0, 255, 128]));
+        let taken = from + 2 * FRAME;
+        firmware.commits();
+        let setpoint = firmware.board.word("SETPOINT").unwrap();
+        let waits = firmware
+            .board
+            .run(taken, |board| board.word("SETPOINT") != Ok(setpoint));
+        assert!(waits.unwrap(), "a frame waits");
+        firmware.board.halt_for(halt * MILLISECOND);
+        firmware.run_for((halt + 1_500) * MILLISECOND);
+        assert!(firmware.resets().is_empty(), "{halt} ms");
+        assert_eq!(firmware.counter("late_polls"), n, "{halt} ms");
+        let what = format!("a halt of {halt} ms");
+        recorded.assert_bounded(from, MOST_PER_POLL, &what);
+        let polled = recorded.polled(from);
+        assert_eq!(polled.last(), Some(&[128; 3]), "it parks without frames");
+        if halt >= 130 {
+            recorded.assert_bounded(from, MOST_PER_SLOW_POLL, &what);
+            assert!(
+                polled
+                    .iter()
+                    .all(|[pitch, roll, _]| *pitch >= 128 && *roll <= 128),
+                "only to park"
+            );
+        }
+        recorded.drive(1_500, |_| [0, 255, 128]);
+        recorded.assert_bounded(from, MOST_PER_POLL, "frames start it again");
+        assert_eq!(recorded.last_pulses(), [pulse(0), pulse(255), pulse(128)]);
+    }
+}
+
+/// Programs usually begin with frames that command the middle.
+#[test]
+fn frames_that_equal_the_park_position_do_not_end_the_approach() {
+    let mut recorded = Recorded::booted();
+    let from = recorded.firmware.board.now();
+    recorded.drive(60, |_| [128; 3]);
+    recorded.drive(900, |_| [255, 0, 255]);
+    recorded.assert_bounded(from, MOST_PER_SLOW_POLL, "approach");
+    recorded.live_at([255, 0, 255]);
+    recorded.assert_bounded(from, MOST_PER_POLL, "approach, then live");
+}
+
+/// Returns a demand of a motion: a sine of this amplitude and frequency.
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the numbers are small, and the result is between 0 and 255"
+)]
+fn sine(milliseconds: u64, amplitude: f64, hertz: f64, phase: f64) -> u8 {
+    let angle = std::f64::consts::TAU * (hertz * milliseconds as f64 / 1_000.0 + phase);
+    (128.0 + amplitude * angle.sin()).round() as u8
+}
+
+/// An approach ends within the time that the settings state: it lasts a second, and then each axis meets its demand
+/// within another second.
+#[test]
+fn an_approach_ends_in_every_motion() {
+    type Motion = fn(u64) -> Setpoint;
+    let thirds: Motion =
+        |time| [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| sine(time, 60.0, 1.0, phase));
+    let fast: Motion = |time| [1.0, 1.3, 0.8].map(|hertz| sine(time, 100.0, hertz, 0.0));
+    for (name, motion) in [("thirds", thirds), ("fast", fast)] {
+        let mut recorded = Recorded::booted();
+        let from = recorded.firmware.board.now();
+        recorded.drive(960, motion);
+        recorded.assert_bounded(from, MOST_PER_SLOW_POLL, name);
+        recorded.drive(1_100, |time| motion(960 + time));
+        let live_from = recorded.firmware.board.now();
+        assert!(!recorded.firmware.leds()[2], "{name}: live within 2.06 s");
+        recorded.drive(3_000, |time| motion(2_060 + time));
+        let led3 = |pins: &nrf52840_emulator::Pins| pins.high[0] >> 15 & 1 == 0;
+        let pins = recorded.firmware.board.trace().pin_changes.iter();
+        let lit = pins.filter(|(at, pins)| *at > live_from && led3(pins));
+        assert_eq!(lit.count(), 0, "{name}: live from then on");
+        recorded.assert_bounded(from, MOST_PER_POLL, name);
+    }
+}
+
+#[test]
+fn one_or_two_frames_after_a_silence_move_nothing() {
+    for frames in 1..=2 {
+        let mut recorded = Recorded::booted();
+        let from = recorded.firmware.board.now();
+        recorded.drive(frames * FRAME_EVERY, |_| [255, 0, 200]);
+        let (lit, _) = led3(&mut recorded.firmware, 2_000);
+        assert_eq!(lit, 2_000, "LED3");
+        for widths in pulses(&mut recorded.firmware, from) {
+            assert_eq!(widths, [pulse(128); 3]);
+        }
+        assert!(recorded.polled(from).len() <= 1);
+    }
+}
+
+/// BIN has no checksum, so a frame with an inverted bit is a frame.
+#[test]
+fn an_inverted_top_bit_moves_a_live_axis_by_a_tenth_of_its_travel() {
+    for bit in sample(0..24, 5).chain([7, 15, 23]) {
+        let mut recorded = Recorded::booted();
+        recorded.live_at([128, 127, 255]);
+        let from = recorded.firmware.board.now();
+        let mut wrong = [128, 127, 255];
+        wrong[bit / 8] ^= 1 << (bit % 8);
+        recorded.drive(20, |_| wrong);
+        recorded.drive(500, |_| [128, 127, 255]);
+        recorded.assert_bounded(from, 3, "live");
+        for polled in recorded.polled(from) {
+            let away = polled.iter().zip([128_u8, 127, 255]);
+            let away = away.map(|(is, was)| is.abs_diff(was));
+            assert!(away.max() <= Some(28), "{polled:?}");
+        }
+    }
+}
+
+/// The outputs move as fast as they can when the reset comes, at different times of a period.
+#[test]
+fn no_reset_lets_an_output_jump() {
+    type Cause = (&'static str, fn(&mut Firmware), ResetCause);
+    let causes: [Cause; 5] = [
+        ("hard fault", fault, ResetCause::Soft),
+        (
+            "watchdog",
+            |firmware| {
+                firmware.board.stick_main_loop().unwrap();
+                firmware.run_for(260 * MILLISECOND);
+            },
+            ResetCause::Watchdog,
+        ),
+        ("pin", |firmware| firmware.board.reset(), ResetCause::Pin),
+        (
+            "brown-out",
+            |firmware| firmware.board.brown_out(),
+            ResetCause::BrownOut,
+        ),
+        (
+            "reset while it starts",
+            |firmware| {
+                firmware.board.reset();
+                firmware.run_for(MILLISECOND / 5);
+                firmware.board.reset();
+            },
+            ResetCause::Pin,
+        ),
+    ];
+    for (name, cause, expected) in causes {
+        let mut recorded = Recorded::booted();
+        recorded.live_at([255, 0, 255]);
+        let from = recorded.firmware.board.now();
+        for offset in sample(0..20, 3) {
+            recorded.drive(40, |_| [0, 255, 128]);
+            recorded
+                .firmware
+                .run_for(offset * MILLISECOND + 300 * offset);
+            let before = recorded.last_pulses();
+            assert_ne!(before, [pulse(128); 3]);
+            recorded.firmware.resets();
+            let resets = recorded.firmware.resets().len();
+            cause(&mut recorded.firmware);
+            assert_eq!(recorded.firmware.resets()[resets], expected, "{name}");
+            recorded.firmware.run_for(50 * MILLISECOND);
+            recorded.assert_bounded(from, MOST_PER_POLL, name);
+            recorded.live_at([255, 0, 255]);
+        }
+        recorded.assert_bounded(from, MOST_PER_POLL, name);
+    }
+}
+
+/// Causes a hard fault and a reset by it.
+fn fault(firmware: &mut Firmware) {
+    firmware.board.let_faults_be_handled();
+    let code = firmware.patch("UARTE0_UART0", UNDEFINED);
+    let resets = firmware.resets().len();
+    while firmware.resets().len() == resets {
+        firmware.run_for(20);
+    }
+    firmware.patch("UARTE0_UART0", code);
+}
+
+/// Here a reset comes after each instruction that stores the output, and after a sample of the other instructions of
+/// this pass of the main loop.
+#[test]
+fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
+    const FROM: [u8; 3] = [200, 50, 90];
+    let mut firmware = Firmware::booted("default");
+    let kept = firmware
+        .board
+        .image()
+        .symbol("LAST_OUTPUT")
+        .unwrap()
+        .address;
+    let [_, mark] = stored(&firmware.board, kept);
+    let [pitch, roll, yaw] = FROM;
+    let output = u32::from_le_bytes([pitch, roll, yaw, !(pitch ^ roll ^ yaw)]);
+    let bytes = [output, mark].map(u32::to_le_bytes).concat();
+    let start = |firmware: &mut Firmware| {
+        firmware.board.patch(kept, &bytes).unwrap();
+        firmware.board.brown_out();
+        let board = &firmware.board;
+        (board.instructions(), board.now() + 20 * MILLISECOND)
+    };
+    // Run to the end of the first pass that changes the output. Note when the pass began, and when something was
+    // stored.
+    let (began, limit) = start(&mut firmware);
+    let (mut slept, mut first, mut before) = (0, 0, [output, mark]);
+    let mut stores = Vec::new();
+    let passed = firmware.board.run(limit, |board| {
+        let instructions = board.instructions() - began;
+        let sleeps = std::mem::replace(&mut slept, board.slept()) != board.slept();
+        let now = stored(board, kept);
+        if std::mem::replace(&mut before, now) != now {
+            stores.push(instructions);
+        }
+        if stores.is_empty() && sleeps {
+            first = instructions;
+        }
+        !stores.is_empty() && sleeps
+    });
+    assert!(passed.unwrap());
+    let last = firmware.board.instructions() - began;
+    let [next @ .., _] = before[0].to_le_bytes();
+    let expected = [FROM, next].map(|axes| axes.map(|unit| pulse(unit.into())));
+    assert_ne!(expected[0], expected[1]);
+    let near = stores.iter().flat_map(|at| at.saturating_sub(8)..at + 9);
+    let mut resumed = [0; 2];
+    for place in sample(first..=last, 19).chain(near) {
+        let (began, limit) = start(&mut firmware);
+        let is_there = |board: &Board| board.instructions() - began >= place;
+        assert!(firmware.board.run(limit, is_there).unwrap());
+        firmware.board.brown_out();
+        let reset = firmware.board.now();
+        firmware.run_for(2 * MILLISECOND);
+        let widths = pulses(&mut firmware, reset)[0];
+        let found = expected.iter().position(|expected| *expected == widths);
+        let Some(found) = found else {
+            panic!("after instruction {place}: {widths:?}");
+        };
+        resumed[found] += 1;
+        std::mem::take(firmware.board.trace());
+    }
+    assert!(resumed.iter().all(|count| *count > 5), "{resumed:?}");
+}
+
+/// Returns the two words in which the firmware stores the output.
+fn stored(board: &Board, kept: u32) -> [u32; 2] {
+    [kept, kept + 4].map(|word| board.memory().word(word).unwrap())
+}
