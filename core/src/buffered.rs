@@ -309,15 +309,12 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
-            // The decision about the first pending byte never needs more bytes than the longest frame has.
-            let missing = self.format.longest().saturating_sub(self.pending());
-            let (now, later) = rest.split_at_checked(missing).unwrap_or((rest, &[]));
-            self.store(now);
+            let is_enough = self.store_up_to_longest(&mut rest);
             while self.decide_first(&mut found) {}
-            if now.len() < missing {
+            if !is_enough {
                 return;
             }
-            rest = self.give_back(bytes, later);
+            rest = self.give_back(bytes, rest);
         }
         while !rest.is_empty() {
             let Some(behind) = self.take(rest, &mut found) else {
@@ -325,6 +322,17 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             };
             rest = behind;
         }
+    }
+
+    /// Moves bytes from the front of the slice into the buffer, until as many bytes are pending as the longest frame
+    /// has. The decision about the first pending byte never needs more bytes. Returns whether the slice had enough.
+    #[inline]
+    fn store_up_to_longest(&mut self, bytes: &mut &[u8]) -> bool {
+        let missing = self.format.longest().saturating_sub(self.pending());
+        let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
+        self.store(now);
+        *bytes = later;
+        now.len() == missing
     }
 
     /// If all pending bytes came from the slice, forgets them, and returns the slice from the first pending byte on.

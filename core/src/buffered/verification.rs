@@ -63,6 +63,7 @@
 //!
 //! **13g** is in the crate `framelock-formats`.
 
+mod any_size;
 mod lawless;
 mod line_events;
 mod pushes;

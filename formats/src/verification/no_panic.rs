@@ -1,7 +1,7 @@
 //! Proves that no function of the formats panics.
 
-use framelock::Format;
 use framelock::any_format::part;
+use framelock::{FixedFormat, Format};
 
 use super::any_layout::{Parts, any_checksum, any_number, patterns};
 use crate::crsf::Crsf;
@@ -10,7 +10,7 @@ use crate::layout::{
     Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table,
 };
 use crate::mavlink::{Mavlink1, Mavlink2};
-use crate::motion::SixAxes;
+use crate::motion::{SixAxes, SixAxesBigEndian};
 use crate::nmea::Nmea;
 use crate::rtcm::Rtcm;
 use crate::sbus::Sbus;
@@ -160,7 +160,8 @@ const MESSAGES: &[KnownMessage] = &[];
 #[kani::unwind(35)]
 fn in_decoding_sbus_ibus_and_six_axes() {
     in_decoding::<_, 26>(&Sbus);
-    let _ = <SixAxes as framelock::FixedFormat>::decode(kani::any());
+    let _ = <SixAxes as FixedFormat>::decode(kani::any());
+    let _ = <SixAxesBigEndian as FixedFormat>::decode(kani::any());
     in_decoding::<_, 33>(&Ibus);
 }
 
