@@ -11,6 +11,7 @@ use crate::firmware::{self, test_passes};
 use crate::machine_code;
 use crate::prove::{Engine, Prover};
 use crate::stage_report::Report;
+use crate::theorems::Answer;
 use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
@@ -74,6 +75,9 @@ struct Bug {
     /// The harnesses that must fail.
     #[serde(default)]
     harnesses: Vec<String>,
+    /// True if the mistake makes a loop run too long. Then a harness may notice it by a loop's bound.
+    #[serde(default)]
+    is_endless: bool,
     /// The harnesses that must still hold.
     #[serde(default)]
     unnoticed_by: Vec<String>,
@@ -134,7 +138,7 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
     if with_checker {
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
-        missed.extend(unexpected(&prover, &checked, true)?);
+        missed.extend(unexpected(&prover, &checked)?);
     }
     let bugs = read(root, PROOFS)?.bug.into_iter();
     let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
@@ -173,10 +177,10 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
                 };
                 Vec::from_iter(passes.then(|| test.clone()))
             }
-            None => unexpected(&prover, &bug.harnesses, false)?,
+            None => unnoticed(&prover, &bug)?,
         };
         if !bug.unnoticed_by.is_empty() {
-            let noticed = unexpected(&prover, &bug.unnoticed_by, true)?;
+            let noticed = unexpected(&prover, &bug.unnoticed_by)?;
             ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
         }
         missed.extend(
@@ -190,18 +194,32 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     Ok(())
 }
 
-/// Returns the harnesses with an unexpected outcome. In `sound` sources, the harnesses of the module `fails` must fail,
-/// and all others must hold. In sources with a seeded bug, each harness must have the opposite outcome.
-fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
-    let mut answers = prover.check(harnesses)?;
-    for answer in &answers {
-        println!(
-            "{}: {} {:?}",
-            answer.harness, answer.verdict, answer.failures
-        );
-    }
+/// Returns the bug's harnesses that have not noticed it. Only a failed assertion counts, because it states the promise
+/// that is broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and
+/// a loop's bound counts only if the bug is about a loop that runs too long.
+fn unnoticed(prover: &Prover, bug: &Bug) -> Result<Vec<String>> {
+    // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
+    let notices = |answer: &Answer| match answer.verdict.as_str() {
+        _ if answer.harness.starts_with("fails::") => answer.is_proved(),
+        _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
+        "failed" => true,
+        "unwinding_too_small" => bug.is_endless,
+        _ => false,
+    };
+    let mut answers = checked(prover, &bug.harnesses)?;
+    answers.retain(|answer| !notices(answer));
+    let names = answers
+        .into_iter()
+        .map(|one| format!("{} ({})", one.harness, one.verdict));
+    Ok(names.collect())
+}
+
+/// Returns the harnesses with an unexpected outcome in sources without a mistake: the harnesses of the module `fails`
+/// must fail, and all others must hold.
+fn unexpected(prover: &Prover, harnesses: &[String]) -> Result<Vec<String>> {
+    let mut answers = checked(prover, harnesses)?;
     answers.retain(|answer| {
-        if answer.harness.starts_with("fails::") == sound {
+        if answer.harness.starts_with("fails::") {
             !answer.is_refuted()
         } else {
             !answer.is_proved()
@@ -210,12 +228,25 @@ fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<
     Ok(answers.into_iter().map(|answer| answer.harness).collect())
 }
 
+/// Checks the harnesses, and prints the answers.
+fn checked(prover: &Prover, harnesses: &[String]) -> Result<Vec<Answer>> {
+    let answers = prover.check(harnesses)?;
+    for answer in &answers {
+        println!(
+            "{}: {} {:?}",
+            answer.harness, answer.verdict, answer.failures
+        );
+    }
+    Ok(answers)
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{is_called, theorems};
+    use crate::theorems::{is_called, is_named, theorems};
+    use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
     static HARNESSES: LazyLock<(Vec<String>, Vec<String>)> = LazyLock::new(|| {
@@ -296,13 +327,43 @@ mod tests {
     }
 
     #[test]
-    fn every_theorem_of_the_table_has_a_harness_and_every_harness_a_theorem() {
+    fn every_name_in_the_table_of_theorems_exists_and_every_harness_has_a_theorem() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.root;
         let (harnesses, _) = &*HARNESSES;
-        let theorems = theorems(&workspace.root).expect("a table");
+        let theorems = theorems(root).expect("a table");
+        let protocol = fs::read_to_string(root.join("docs/protocol.md")).expect("a page");
+        let folders = ["core", "formats", "firmware", "proofs"];
+        let folders = folders.map(|folder| files(&root.join(folder)).expect("files"));
         for theorem in &theorems {
-            let is_shown = harnesses.iter().any(|one| theorem.is_shown_by(one));
-            assert!(is_shown, "no harness: {}", theorem.title);
+            let title = &theorem.title;
+            assert!(!theorem.names.is_empty(), "no harness: {title}");
+            for name in &theorem.names {
+                let is_known = harnesses.iter().any(|harness| is_named(harness, name));
+                assert!(is_known, "no harness or module is called {name}: {title}");
+            }
+            let [clauses, tests, oracles] = &theorem.others;
+            for clause in clauses.iter().filter(|&clause| clause != "none") {
+                assert!(
+                    protocol.contains(&format!("**{clause}")),
+                    "no clause {clause}: {title}"
+                );
+            }
+            assert!(!tests.is_empty(), "no test: {title}");
+            for test in tests {
+                let (file, name) = test.split_once("::").unwrap_or((test, ""));
+                let mut files = folders.iter().flatten().filter(|path| path.ends_with(file));
+                let is_known = files.any(|path| {
+                    let text = fs::read_to_string(path).expect("text");
+                    text.contains("#[test]") && text.contains(&format!("    fn {name}()"))
+                        || text.contains(&format!("#[test]\nfn {name}"))
+                });
+                assert!(is_known, "no test {test}: {title}");
+            }
+            for oracle in oracles {
+                let target = root.join(format!("fuzz/fuzz_targets/{oracle}.rs"));
+                assert!(target.exists(), "no fuzz target {oracle}: {title}");
+            }
         }
         for harness in harnesses {
             let has_one = theorems.iter().any(|theorem| theorem.is_shown_by(harness));

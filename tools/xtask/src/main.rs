@@ -12,7 +12,6 @@ mod install;
 mod kani;
 mod machine_code;
 mod mutants;
-mod passed_before;
 mod prove;
 mod published;
 mod release;
