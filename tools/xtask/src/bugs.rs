@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use crate::firmware::{self, test_passes};
 use crate::machine_code;
+use crate::planted::{self, Outcome, Test};
 use crate::prove::{Engine, Prover};
 use crate::stage_report::Report;
 use crate::theorems::Answer;
@@ -18,6 +19,8 @@ const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
 /// The file with the bugs that the proofs about the receivers in C must find.
 const OF_C: &str = "c/seeded-bugs.toml";
+/// The file with mistakes that readers of the documentation planted. Each contradicts a sentence.
+const PLANTED: &str = "proofs/planted-mistakes.toml";
 /// The folders and packages that are copied for the proofs.
 const PROOFS_FOLDERS: &[&str] = &[
     "core",
@@ -61,12 +64,15 @@ pub(crate) struct Arguments {
 
 #[derive(Deserialize)]
 struct Bugs {
+    #[serde(alias = "mistake")]
     bug: Vec<Bug>,
 }
 
 /// A seeded bug: a mistake that someone might make.
 #[derive(Deserialize)]
 struct Bug {
+    /// The mistake, or the sentence that it contradicts.
+    #[serde(alias = "sentence")]
     mistake: String,
     file: String,
     /// The text to be replaced, which occurs exactly once in the file.
@@ -75,19 +81,35 @@ struct Bug {
     /// The harnesses that must fail.
     #[serde(default)]
     harnesses: Vec<String>,
-    /// True if the mistake makes a loop run too long. Then a harness may notice it by a loop's bound.
-    #[serde(default)]
+    /// True if the mistake makes a loop run too long. Then a harness may notice it by a loop's bound, and a test by a
+    /// time limit.
+    #[serde(default, alias = "endless")]
     is_endless: bool,
     /// The harnesses that must still hold.
     #[serde(default)]
     unnoticed_by: Vec<String>,
     /// The firmware test that must fail.
     test: Option<String>,
+    /// The check of a planted mistake that must fail.
+    check: Option<Check>,
 }
 
-fn read(root: &Path, file: &str) -> Result<Bugs> {
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Check {
+    Test(Test),
+    Harness { harness: String },
+}
+
+fn read(root: &Path, file: &str) -> Result<Vec<Bug>> {
     let text = fs::read_to_string(root.join(file))?;
-    toml::from_str(&text).with_context(|| file.to_owned())
+    let mut bugs: Bugs = toml::from_str(&text).with_context(|| file.to_owned())?;
+    for bug in &mut bugs.bug {
+        if let Some(Check::Harness { harness }) = &bug.check {
+            bug.harnesses.push(harness.clone());
+        }
+    }
+    Ok(bugs.bug)
 }
 
 impl Bug {
@@ -104,6 +126,14 @@ impl Bug {
         Ok((right, wrong))
     }
 
+    /// Returns the test of a planted mistake.
+    fn planted(&self) -> Option<&Test> {
+        match &self.check {
+            Some(Check::Test(test)) => Some(test),
+            _ => None,
+        }
+    }
+
     fn is_in_c(&self) -> bool {
         self.file.starts_with("c/") || self.file.starts_with("host/generate/")
     }
@@ -112,7 +142,8 @@ impl Bug {
         let mut says = [&self.mistake, &self.file]
             .into_iter()
             .chain(&self.harnesses)
-            .chain(&self.test);
+            .chain(&self.test)
+            .chain(self.planted().map(|test| &test.name));
         if names.is_empty() {
             // Skip the bugs in machine code, which have a stage of their own.
             return self.test.as_deref() != Some(machine_code::NAME);
@@ -140,9 +171,10 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
         missed.extend(unexpected(&prover, &checked)?);
     }
-    let bugs = read(root, PROOFS)?.bug.into_iter();
-    let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
-    let mut bugs: Vec<_> = bugs.chain(read(root, OF_C)?.bug).collect();
+    let mut bugs = Vec::new();
+    for file in [PROOFS, FIRMWARE, OF_C, PLANTED] {
+        bugs.extend(read(root, file)?);
+    }
     bugs.retain(|bug| bug.is_wanted(names));
     ensure!(
         with_checker || !bugs.is_empty(),
@@ -160,24 +192,36 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         };
         println!("\n=== {} ===", bug.mistake);
         let copies = workspace.target_directory.join("bugs");
-        let copy = copies.join(bug.test.as_ref().map_or("proofs", |_| "firmware"));
-        match bug.test {
-            Some(_) => firmware::copy(workspace, &copy)?,
-            None => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
+        let copy = match (&bug.test, bug.planted()) {
+            (Some(_), _) => copies.join("firmware"),
+            (None, Some(_)) => copies.join("whole"),
+            (None, None) => copies.join("proofs"),
+        };
+        match (&bug.test, bug.planted()) {
+            (Some(_), _) => firmware::copy(workspace, &copy)?,
+            (None, Some(_)) => planted::copy(workspace, &copy)?,
+            (None, None) => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
         }
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
         prover.target = copy.join("target");
-        let survived = match &bug.test {
-            Some(test) => {
+        let survived = match (&bug.test, bug.planted()) {
+            (Some(test), _) => {
                 let passes = match test.as_str() {
                     machine_code::NAME => machine_code::is_proved(workspace, &copy)?,
                     test => test_passes(workspace, &copy, test)?,
                 };
                 Vec::from_iter(passes.then(|| test.clone()))
             }
-            None => unnoticed(&prover, &bug)?,
+            (None, Some(test)) => {
+                let outcome = test.run(&copy)?;
+                println!("{}: {outcome:?}", test.name);
+                let is_caught =
+                    outcome == Outcome::Failed || outcome == Outcome::Hangs && bug.is_endless;
+                Vec::from_iter((!is_caught).then(|| format!("{} ({outcome:?})", test.name)))
+            }
+            (None, None) => unnoticed(&prover, &bug)?,
         };
         if !bug.unnoticed_by.is_empty() {
             let noticed = unexpected(&prover, &bug.unnoticed_by)?;
@@ -273,7 +317,7 @@ mod tests {
         let (theorems, checked) = &*HARNESSES;
         let proofs = read(root, PROOFS).expect("a list");
         let firmware = read(root, FIRMWARE).expect("a list");
-        for bug in proofs.bug.iter().chain(&firmware.bug) {
+        for bug in proofs.iter().chain(&firmware) {
             let (right, wrong) = bug.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", bug.mistake);
             assert_eq!(
@@ -288,9 +332,46 @@ mod tests {
             }
         }
         for harness in theorems {
-            let mut broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
+            let mut broken = proofs.iter().flat_map(|bug| &bug.harnesses);
             let is_broken = broken.any(|end| is_called(harness, end));
             assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
+        }
+    }
+
+    #[test]
+    fn every_planted_mistake_fits_the_sources_and_its_check_exists() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.root;
+        for mistake in read(root, PLANTED).expect("a list") {
+            let (right, wrong) = mistake.texts(root).expect("the text occurs once");
+            assert_ne!(right, wrong, "{}", mistake.mistake);
+            let Some(test) = mistake.planted() else {
+                let [harness] = &*mistake.harnesses else {
+                    panic!("no check: {}", mistake.mistake);
+                };
+                let all = HARNESSES.0.iter();
+                assert_eq!(
+                    all.filter(|one| is_called(one, harness)).count(),
+                    1,
+                    "{harness}"
+                );
+                continue;
+            };
+            let name = test.name.rsplit("::").next().expect("a name");
+            let package = workspace
+                .packages
+                .iter()
+                .find(|one| *one.name == test.package);
+            let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
+            let folder = package.manifest_path.parent().expect("a folder");
+            let is_there = files(folder.as_std_path())
+                .expect("files")
+                .iter()
+                .any(|path| {
+                    fs::read_to_string(path)
+                        .is_ok_and(|text| text.contains(&format!("fn {name}()")))
+                });
+            assert!(is_there, "no test {name} in {}", test.package);
         }
     }
 
@@ -306,7 +387,7 @@ mod tests {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let prover = Prover::of_c(&workspace).expect("the offline prover is available");
         let harnesses = prover.list().expect("the harnesses compile");
-        let bugs = read(&workspace.root, OF_C).expect("a list").bug;
+        let bugs = read(&workspace.root, OF_C).expect("a list");
         for bug in &bugs {
             let (right, wrong) = bug.texts(&workspace.root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", bug.mistake);

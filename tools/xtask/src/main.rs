@@ -12,6 +12,7 @@ mod install;
 mod kani;
 mod machine_code;
 mod mutants;
+mod planted;
 mod prove;
 mod published;
 mod release;

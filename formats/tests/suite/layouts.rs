@@ -1,0 +1,593 @@
+//! Tests random layouts, in which every form and every number of parts occurs, against an interpreter of layouts.
+
+use framelock::Classification::Frame;
+use framelock::LineEvent;
+use framelock_formats::layout::*;
+use framelock_fuzz_oracles::{LONGEST, Occurred, Stream, StreamStep, interpret, layouts};
+use rand::seq::{IndexedRandom as _, SliceRandom as _};
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+
+/// Bytes that content does not contain. Terminators of frames with a content begin with these bytes.
+const RESERVED: [u8; 4] = [0x04, b'\n', b'\r', 0xF1];
+
+/// Returns distinct patterns of this length, concatenated.
+fn patterns(
+    random: &mut ChaCha8Rng,
+    count: usize,
+    length: usize,
+    first: &[u8],
+) -> Patterns<'static> {
+    let mut all: Vec<Vec<u8>> = Vec::new();
+    while all.len() < count {
+        let mut one: Vec<u8> = (0..length).map(|_| random.random()).collect();
+        one[0] = *first.choose(random).expect("there are some");
+        if all.len() < first.len() || length > 1 {
+            all.push(one);
+            all.sort();
+            all.dedup();
+        }
+    }
+    all.shuffle(random);
+    Patterns::any_of(all.concat().leak(), if count == 0 { 0 } else { length })
+}
+
+fn number(random: &mut ChaCha8Rng, at: usize) -> Number {
+    let order = *[ByteOrder::Little, ByteOrder::Big]
+        .choose(random)
+        .expect("two");
+    Number::new(at, random.random_range(1..=4), order)
+}
+
+fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
+    let bytes = random.random_range(1..=4);
+    let (algorithm, bytes) = match random.random_range(0..8) {
+        0 => (Algorithm::Sum, bytes),
+        1 => (Algorithm::InvertedSum, bytes),
+        2 => (Algorithm::NegatedSum, bytes),
+        3 => (Algorithm::Xor, 1),
+        4 => (Algorithm::Fletcher, 2),
+        5 => (
+            Algorithm::Crc(Crc::new(16, 0x1021).reflected().initial(0xFFFF)),
+            2,
+        ),
+        _ => {
+            let width = *[8, random.random_range(8..=32)]
+                .choose(random)
+                .expect("two");
+            let bits = u32::MAX >> (32 - width);
+            let crc = Crc::new(width, random.random::<u32>() & bits | 1)
+                .initial(random.random::<u32>() & bits)
+                .xor_out(random.random::<u32>() & bits)
+                .reflected_in(random.random())
+                .reflected_out(random.random());
+            let table = match random.random_range(0..4) {
+                0 if width == 8 => Table::Bytes(Box::leak(Box::new(crc.table_of_bytes()))),
+                0 | 1 => Table::Words(Box::leak(Box::new(crc.table_of_words()))),
+                2 => Table::Sixteens(Box::leak(Box::new(crc.table_of_sixteens()))),
+                _ => Table::None,
+            };
+            (Algorithm::Crc(crc.table(table)), width.div_ceil(8) as usize)
+        }
+    };
+    let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
+    let encoding = *encodings.choose(random).expect("three");
+    Checksum::at_the_end(bytes)
+        .algorithm(algorithm)
+        .encoding(encoding)
+}
+
+/// Returns a random layout, or `None` if its parts contradict each other.
+fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
+    let form = random.random_range(0..4);
+    let has_content = form == 3;
+    let any: Vec<u8> = (0..=u8::MAX).collect();
+    let (syncs, sync_length) = (random.random_range(0..=8), random.random_range(1..=4));
+    let sync = patterns(random, syncs, sync_length, &any);
+    let mut builder = Layout::builder().sync(sync);
+
+    // The parts of the header follow one another in any order, some of them after a gap.
+    let (mut at, mut fixed, mut field, mut trailer) = (sync.length, Vec::new(), None, 0);
+    let mut parts = [0, 1, 2, 3];
+    parts.shuffle(random);
+    for part in parts {
+        at += random.random_range(0_usize..4).saturating_sub(2);
+        match part {
+            0 if form == 1 => {
+                let length = number(random, at);
+                let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
+                field = Some(
+                    LengthField::new(length)
+                        .mask(*masks.choose(random).expect("four"))
+                        .factor(random.random_range(1..=4))
+                        .plus(random.random_range(-3..=12)),
+                );
+                at += length.bytes;
+            }
+            1 if random.random() => {
+                let messages = number(random, at);
+                let most = u32::MAX >> (32 - 8 * messages.bytes);
+                let mut known: Vec<u32> = (0..random.random_range(1..=5))
+                    .map(|_| random.random_range(0..=most))
+                    .collect();
+                known.sort_unstable();
+                known.dedup();
+                let known = known.into_iter().map(|number| {
+                    let message = KnownMessage::new(number);
+                    let message = if random.random() {
+                        message.extra(random.random())
+                    } else {
+                        message
+                    };
+                    if random.random() {
+                        message.longest_payload(random.random_range(4..30))
+                    } else {
+                        message
+                    }
+                });
+                builder =
+                    builder.messages(Messages::new(messages, known.collect::<Vec<_>>().leak()));
+                at += messages.bytes;
+            }
+            2 if form == 1 && random.random() => {
+                trailer = random.random_range(1..=5);
+                builder = builder.trailer(Trailer::new(at, mask(random, 4), trailer));
+                at += 1;
+            }
+            _ => {}
+        }
+    }
+    let header = at.max(1);
+    let mut end = 0;
+    if form >= 2 || random.random() {
+        let (count, length) = (random.random_range(1..=4), random.random_range(1..=3));
+        let first = if has_content { &RESERVED[..] } else { &any };
+        builder = builder.terminator(patterns(random, count, length, first));
+        end = length;
+    }
+    if has_content {
+        let mut ranges = vec![(0, 3), (5, 9), (11, 12), (14, 0xF0), (0xF2, 0xFF)];
+        ranges.shuffle(random);
+        let few = [&[(b' ', b'~')][..], &[(b'0', b'~'), (b' ', b'$')]];
+        let ranges = match random.random_range(0..4) {
+            0 => few.choose(random).expect("two").to_vec(),
+            _ => ranges,
+        };
+        let mut lengths = vec![1, 2, 3, 4];
+        lengths.retain(|&length| length != end);
+        lengths.shuffle(random);
+        lengths.truncate(random.random_range(0..=3));
+        let others = lengths
+            .into_iter()
+            .map(|length| patterns(random, 1, length, &RESERVED).bytes);
+        builder = builder
+            .content(ranges.leak())
+            .other_terminators(others.collect::<Vec<_>>().leak());
+    }
+
+    // The body is the part before the payload. A checksum is in the body, or before the terminator.
+    let (mut body, mut from_end) = (header, end);
+    if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
+        let mut checksum = checksum(random);
+        if has_content {
+            checksum = checksum.encoding(Encoding::Hex);
+        }
+        let bytes = checksum.encoded_bytes();
+        if random.random() {
+            let last = if random.random() && !has_content {
+                1
+            } else {
+                offset(end) + 1
+            };
+            checksum = checksum
+                .at(offset(body))
+                .from(offset(body + bytes))
+                .to(-last);
+            body += bytes;
+        } else {
+            from_end += bytes;
+            let from = *[0, sync.length, header].choose(random).expect("three");
+            checksum = checksum
+                .at(-offset(from_end))
+                .from(offset(from))
+                .to(-offset(from_end) - 1);
+        }
+        builder = builder.checksum(checksum);
+    }
+    for _ in 0..random.random_range(0..=4) {
+        let at = match random.random_range(0..4) {
+            0 => -offset(from_end) - random.random_range(1..=2),
+            1 => offset(body) + random.random_range(0..=1),
+            _ => offset(random.random_range(sync.length..=header)),
+        };
+        let mask = mask(random, 8);
+        fixed.push(FixedBits::new(at, mask, random.random::<u8>() & mask));
+    }
+    let least = body + from_end + 2;
+    let longest = least + random.random_range(0..24);
+    builder = builder.fixed(fixed.leak());
+    let builder = match (form, field) {
+        (1, Some(field)) => {
+            let counted = field.mask & u32::MAX >> (32 - 8 * field.number.bytes);
+            let most = u64::from(counted) * u64::from(field.factor);
+            let most = most.saturating_add_signed(field.plus.into());
+            let longest = most.min(longest as u64) as usize;
+            builder
+                .length(Length::Field(field))
+                .longest(longest + trailer)
+        }
+        (0, _) => builder.longest(longest),
+        _ => builder.length(Length::Delimiter).longest(longest),
+    };
+    let shortest = if form == 0 || fixed_is_short(random) {
+        0
+    } else {
+        least + random.random_range(0..3)
+    };
+    let layout = builder.shortest(shortest).build().ok()?;
+    (layout.longest() <= LONGEST).then_some(layout)
+}
+
+fn fixed_is_short(random: &mut ChaCha8Rng) -> bool {
+    random.random_range(0..3) == 0
+}
+
+fn offset(bytes: usize) -> i16 {
+    i16::try_from(bytes).expect("frames are short")
+}
+
+/// Returns a mask of 1 to `most` bits.
+fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
+    let mut mask = 0;
+    for _ in 0..random.random_range(1..=most) {
+        mask |= 1 << random.random_range(0..8);
+    }
+    mask
+}
+
+/// Returns a frame of the layout, or `None` if the random bytes could not become a frame.
+fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let is_content = |byte: &u8| {
+        layout
+            .content()
+            .iter()
+            .any(|(first, last)| (first..=last).contains(&byte))
+    };
+    let all = (0..=u8::MAX).filter(|byte| layout.content().is_empty() || is_content(byte));
+    let all: Vec<u8> = all.collect();
+    let mut frame: Vec<u8> = (0..layout.longest())
+        .map(|_| *all.choose(random).expect("some"))
+        .collect();
+    write(&mut frame, 0, any(layout.sync(), random));
+    if let Some(messages) = layout.messages() {
+        let known = messages.known.choose(random).expect("some").number;
+        let bytes = match messages.number.order {
+            ByteOrder::Little => &known.to_le_bytes()[..messages.number.bytes],
+            ByteOrder::Big => &known.to_be_bytes()[4 - messages.number.bytes..],
+        };
+        write(&mut frame, messages.number.at, bytes);
+    }
+    let mut trailer = 0;
+    if let Some(announced) = layout.trailer() {
+        frame[announced.at] &= !announced.mask;
+        if random.random_range(0..3) > 0 {
+            let mut bit = 0;
+            while bit & announced.mask == 0 {
+                bit = 1 << random.random_range(0..8);
+            }
+            frame[announced.at] |= bit;
+            trailer = announced.bytes;
+        }
+    }
+    let length = match layout.length() {
+        Length::Field(field) => {
+            let number = random.random_range(0..LONGEST as i64) & i64::from(field.mask);
+            number * i64::from(field.factor) + i64::from(field.plus)
+        }
+        Length::Fixed => layout.longest() as i64,
+        _ => random.random_range(layout.shortest()..=layout.longest()) as i64,
+    };
+    let most = layout.longest() - trailer;
+    let length = usize::try_from(length)
+        .ok()
+        .filter(|length| (1..=most).contains(length))?;
+    let behind = frame.split_off(length);
+    let end = any(layout.terminator(), random);
+    let content = length.checked_sub(end.len())?;
+    write(&mut frame, content, end);
+    frame.extend(&behind[..trailer]);
+    let is_sealed = layout.seal(&mut frame);
+    assert_eq!(
+        is_sealed,
+        interpret(layout, &frame) == Frame(frame.len()),
+        "{layout:?}: {frame:02X?}"
+    );
+    if let Some(other) = layout.other_terminators().choose(random)
+        && random.random()
+        && content + other.len() <= layout.longest()
+    {
+        frame.truncate(content);
+        frame.extend(*other);
+    }
+    is_sealed.then_some(frame)
+}
+
+fn any<'a>(patterns: Patterns<'a>, random: &mut ChaCha8Rng) -> &'a [u8] {
+    let all: Vec<&[u8]> = patterns.each().collect();
+    all.choose(random).copied().unwrap_or_default()
+}
+
+fn write(frame: &mut [u8], at: usize, bytes: &[u8]) {
+    frame[at..]
+        .iter_mut()
+        .zip(bytes)
+        .for_each(|(byte, wanted)| *byte = *wanted);
+}
+
+/// Returns the frame with one fault: a byte with other bits, a byte lost or added, or the frame's beginning or end
+/// alone.
+fn broken(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut bytes = frame.to_vec();
+    let at = random.random_range(0..bytes.len());
+    match random.random_range(0..6) {
+        0 => drop(bytes.remove(at)),
+        1 => bytes.insert(at, random.random()),
+        2 => bytes.truncate(at),
+        3 => drop(bytes.drain(..at)),
+        _ => bytes[at] ^= 1 << random.random_range(0..8),
+    }
+    bytes
+}
+
+/// Returns the bytes, cut into slices.
+fn slices(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<StreamStep> {
+    let (mut rest, mut slices) = (bytes, Vec::new());
+    while !rest.is_empty() {
+        let (slice, behind) = rest.split_at(random.random_range(1..=rest.len().min(40)));
+        slices.push(StreamStep::Slice(slice.to_vec()));
+        rest = behind;
+    }
+    slices
+}
+
+/// Counts the forms and the numbers of parts in a layout whose frames were delivered.
+fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
+    let mut one = |name: String, is: bool| occurred.count(name.leak(), is);
+    let mut number =
+        |name: &str, range: std::ops::RangeInclusive<usize>, is: &dyn Fn(usize) -> bool| {
+            range.for_each(|number| one(format!("{name}: {number}"), is(number)));
+        };
+    let starts = |pattern: &[u8]| frames.iter().any(|frame| frame.starts_with(pattern));
+    let ends = |pattern: &[u8]| frames.iter().any(|frame| frame.ends_with(pattern));
+    let (sync, terminator) = (layout.sync(), layout.terminator());
+    number("syncs", 0..=8, &|count| sync.each().count() == count);
+    number("bytes of a sync", 1..=4, &|bytes| sync.length == bytes);
+    number("sync with the index", 0..=7, &|index| {
+        sync.each().nth(index).is_some_and(starts)
+    });
+    number("terminators", 0..=4, &|count| {
+        terminator.each().count() == count
+    });
+    number("bytes of a terminator", 1..=3, &|bytes| {
+        terminator.length == bytes
+    });
+    number("terminator with the index", 0..=3, &|index| {
+        terminator.each().nth(index).is_some_and(ends)
+    });
+    let others = layout.other_terminators();
+    number("other terminators", 1..=3, &|count| others.len() == count);
+    number("other terminator with the index", 0..=2, &|index| {
+        others.get(index).is_some_and(|end| ends(end))
+    });
+    number("ranges of content", 1..=2, &|count| {
+        layout.content().len() == count
+    });
+    number("ranges of content", 5..=5, &|count| {
+        layout.content().len() == count
+    });
+    let header = offset(layout.to_builder().header());
+    let fixed = layout.fixed();
+    number("fixed bits", 0..=4, &|count| fixed.len() == count);
+    number("fixed bits in the header", 1..=3, &|count| {
+        fixed
+            .iter()
+            .filter(|bits| (0..header).contains(&bits.at))
+            .count()
+            == count
+    });
+    number("fixed bits after the header", 1..=2, &|count| {
+        fixed.iter().filter(|bits| bits.at >= header).count() == count
+    });
+    number("fixed bits from the end", 1..=2, &|count| {
+        fixed.iter().filter(|bits| bits.at < 0).count() == count
+    });
+    let messages = layout.messages();
+    let known = messages.map_or(&[][..], |messages| messages.known);
+    number("messages", 0..=5, &|count| known.len() == count);
+    for order in [ByteOrder::Little, ByteOrder::Big] {
+        number(
+            &format!("bytes of a message's number, {order:?}"),
+            1..=4,
+            &|bytes| {
+                messages.is_some_and(|it| (it.number.bytes, it.number.order) == (bytes, order))
+            },
+        );
+    }
+    let field = match layout.length() {
+        Length::Field(field) => Some(field),
+        _ => None,
+    };
+    for order in [ByteOrder::Little, ByteOrder::Big] {
+        number(
+            &format!("bytes of a length field, {order:?}"),
+            1..=4,
+            &|bytes| field.is_some_and(|it| (it.number.bytes, it.number.order) == (bytes, order)),
+        );
+    }
+    number("factor", 1..=4, &|factor| {
+        field.is_some_and(|it| it.factor as usize == factor)
+    });
+    let trailer = layout.trailer();
+    let bits = trailer.map_or(0, |it| it.mask.count_ones() as usize);
+    number("bytes of a trailer", 1..=5, &|bytes| {
+        trailer.is_some_and(|it| it.bytes == bytes)
+    });
+    number("bits that announce a trailer", 1..=4, &|count| {
+        bits == count
+    });
+    let announcing =
+        |frame: &Vec<u8>| trailer.map_or(0, |it| (frame[it.at] & it.mask).count_ones() as usize);
+    number(
+        "bits set of several that announce a trailer",
+        0..=1,
+        &|count| bits > 1 && frames.iter().any(|frame| announcing(frame) == count),
+    );
+    let checksum = layout.checksum();
+    for encoding in [Encoding::Little, Encoding::Big, Encoding::Hex] {
+        number(
+            &format!("bytes of a checksum, {encoding:?}"),
+            1..=4,
+            &|bytes| checksum.is_some_and(|it| (it.bytes, it.encoding) == (bytes, encoding)),
+        );
+    }
+
+    let algorithm = checksum.map(|checksum| checksum.algorithm);
+    let crc = match algorithm {
+        Some(Algorithm::Crc(crc)) => Some(crc),
+        _ => None,
+    };
+    let is_table = |is: fn(&Table) -> bool| crc.is_some_and(|crc| is(&crc.table));
+    for (name, is) in [
+        ("fixed length", layout.length() == Length::Fixed),
+        (
+            "delimiter without content",
+            layout.length() == Length::Delimiter && layout.content().is_empty(),
+        ),
+        ("delimiter after a content", !layout.content().is_empty()),
+        ("masked length", field.is_some_and(|it| it.mask < 0xFF)),
+        ("length plus", field.is_some_and(|it| it.plus > 0)),
+        ("length minus", field.is_some_and(|it| it.plus < 0)),
+        (
+            "two fixed bits of one byte",
+            fixed
+                .iter()
+                .enumerate()
+                .any(|(i, bits)| fixed[..i].iter().any(|it| it.at == bits.at)),
+        ),
+        (
+            "message with an extra byte",
+            checksum.is_some() && known.iter().any(|it| it.has_extra),
+        ),
+        (
+            "message with a longest payload",
+            field.is_some() && known.iter().any(|it| it.longest_payload < 30),
+        ),
+        ("no checksum", checksum.is_none()),
+        (
+            "checksum before what it covers",
+            checksum.is_some_and(|it| it.at >= 0),
+        ),
+        (
+            "checksum of the whole frame before it",
+            checksum.is_some_and(|it| it.at < 0 && it.from == 0),
+        ),
+        (
+            "checksum of a part of the frame",
+            checksum.is_some_and(|it| it.at < 0 && it.from > 0),
+        ),
+        (
+            "checksum of the terminator",
+            checksum.is_some_and(|it| it.to == -1 && terminator.length > 0),
+        ),
+        ("sum", algorithm == Some(Algorithm::Sum)),
+        ("inverted sum", algorithm == Some(Algorithm::InvertedSum)),
+        ("negated sum", algorithm == Some(Algorithm::NegatedSum)),
+        ("xor", algorithm == Some(Algorithm::Xor)),
+        ("Fletcher", algorithm == Some(Algorithm::Fletcher)),
+        (
+            "MAVLink's CRC",
+            crc.is_some_and(|it| it.polynomial == 0x1021),
+        ),
+        (
+            "CRC of whole bytes",
+            crc.is_some_and(|it| it.width % 8 == 0),
+        ),
+        ("CRC of other bits", crc.is_some_and(|it| it.width % 8 > 0)),
+        ("CRC without a table", is_table(|it| *it == Table::None)),
+        (
+            "table of bytes",
+            is_table(|it| matches!(it, Table::Bytes(_))),
+        ),
+        (
+            "table of words",
+            is_table(|it| matches!(it, Table::Words(_))),
+        ),
+        (
+            "table of sixteens",
+            is_table(|it| matches!(it, Table::Sixteens(_))),
+        ),
+        (
+            "CRC, not reflected",
+            crc.is_some_and(|it| !it.reflected_in && !it.reflected_out),
+        ),
+        (
+            "CRC, reflected",
+            crc.is_some_and(|it| it.reflected_in && it.reflected_out),
+        ),
+        (
+            "CRC, reflected in",
+            crc.is_some_and(|it| it.reflected_in && !it.reflected_out),
+        ),
+        (
+            "CRC, reflected out",
+            crc.is_some_and(|it| !it.reflected_in && it.reflected_out),
+        ),
+    ] {
+        one(name.to_owned(), is);
+    }
+}
+
+/// Whatever parts a layout has, its receivers deliver its frames and nothing else.
+#[test]
+fn frames_of_any_layout_are_delivered() {
+    let (mut random, mut occurred) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
+    let (mut drawn, mut contradictory, mut without_frames) = (0, 0, 0);
+    while drawn < 1_500 {
+        let Some(layout) = layout(&mut random) else {
+            contradictory += 1;
+            continue;
+        };
+        let layout: &Layout = Box::leak(Box::new(layout));
+        let frames: Vec<Vec<u8>> = (0..60)
+            .filter_map(|_| frame(layout, &mut random))
+            .take(12)
+            .collect();
+        if frames.is_empty() {
+            without_frames += 1;
+            continue;
+        }
+        drawn += 1;
+        let clean = slices(&frames.concat(), &mut random);
+        let mut noisy = Vec::new();
+        for frame in &frames {
+            match random.random_range(0..3) {
+                0 => noisy.extend(broken(frame, &mut random)),
+                1 => noisy.extend((0..random.random_range(1..30)).map(|_| random.random::<u8>())),
+                _ => {}
+            }
+            noisy.extend(frame);
+        }
+        let noisy = slices(&noisy, &mut random);
+        let idle = vec![StreamStep::Event(LineEvent::Idle)];
+        let counters = layouts(layout, &Stream(clean.clone()));
+        assert_eq!(
+            (counters.frames as usize, counters.discarded.total()),
+            (frames.len(), 0),
+            "{layout:?}"
+        );
+        occurred.count_all(&layouts(layout, &Stream([noisy, idle, clean].concat())));
+        count(layout, &frames, &mut occurred);
+    }
+    let impossible = ["break", "framing error", "overrun", "parity error"];
+    assert_eq!(occurred.rarer_than(3), impossible, "{occurred:#?}"); 
+}
