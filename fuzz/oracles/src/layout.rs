@@ -258,11 +258,9 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
         }
         encoding => panic!("unknown: {encoding:?}"),
     };
-    // The last covered byte may be the one before the first, if the checksum covers nothing.
-    let mut covered = Vec::new();
-    for at in place(checksum.from, counted)..place(checksum.to, counted) + 1 {
-        covered.push(frame[at]);
-    }
+    // If the checksum covers nothing, the last covered byte is the one before the first.
+    let covered = place(checksum.from, counted)..=place(checksum.to, counted);
+    let mut covered = frame[covered].to_vec();
     covered.extend(extra);
     let sum = covered.iter().map(|&byte| u64::from(byte)).sum::<u64>();
     let computed = match checksum.algorithm {
