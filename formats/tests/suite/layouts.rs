@@ -19,23 +19,22 @@ use rand_chacha::ChaCha8Rng;
 /// Bytes that content does not contain. Terminators of frames with a content begin with these bytes.
 const RESERVED: [u8; 4] = [0x04, b'\n', b'\r', 0xF1];
 
-/// Returns distinct patterns of this length, concatenated.
+/// Returns distinct patterns of this length. They begin with bytes of `first`, and often contain more of these bytes.
 fn patterns(
     random: &mut ChaCha8Rng,
     count: usize,
     length: usize,
     first: &[u8],
 ) -> Patterns<'static> {
-    let mut all: Vec<Vec<u8>> = Vec::new();
+    let mut all = BTreeSet::new();
     while all.len() < count {
-        let mut one: Vec<u8> = (0..length).map(|_| random.random()).collect();
-        one[0] = *first.choose(random).expect("there are some");
-        if all.len() < first.len() || length > 1 {
-            all.push(one);
-            all.sort();
-            all.dedup();
-        }
+        let one = (0..length).map(|place| match first.choose(random) {
+            Some(&byte) if place == 0 || random.random() => byte,
+            _ => random.random(),
+        });
+        all.insert(one.collect::<Vec<u8>>());
     }
+    let mut all = Vec::from_iter(all);
     all.shuffle(random);
     Patterns::any_of(all.concat().leak(), if count == 0 { 0 } else { length })
 }
@@ -147,7 +146,8 @@ fn fixed_bits(
 fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
     let form = random.random_range(0..4);
     let has_content = form == 3;
-    let any: Vec<u8> = (0..=u8::MAX).collect();
+    let all: Vec<u8> = (0..=u8::MAX).collect();
+    let any: Vec<u8> = all.choose_multiple(random, 8).copied().collect();
     let (syncs, sync_length) = (random.random_range(0..=8), random.random_range(1..=4));
     let sync = patterns(random, syncs, sync_length, &any);
     let mut builder = Layout::builder().sync(sync);
@@ -258,18 +258,25 @@ fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
     mask
 }
 
+/// Returns any byte of the content, often a byte of a sync or of a terminator.
+fn byte(layout: &Layout, random: &mut ChaCha8Rng) -> u8 {
+    let known = [layout.sync().bytes, layout.terminator().bytes].concat();
+    loop {
+        let byte = match known.choose(random) {
+            Some(&byte) if random.random_ratio(1, 4) => byte,
+            _ => random.random(),
+        };
+        let mut content = layout.content().iter();
+        if content.len() == 0 || content.any(|(first, last)| (first..=last).contains(&&byte)) {
+            return byte;
+        }
+    }
+}
+
 /// Returns a frame of the layout, or `None` if the random bytes could not become a frame.
 fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
-    let is_content = |byte: &u8| {
-        layout
-            .content()
-            .iter()
-            .any(|(first, last)| (first..=last).contains(&byte))
-    };
-    let all = (0..=u8::MAX).filter(|byte| layout.content().is_empty() || is_content(byte));
-    let all: Vec<u8> = all.collect();
     let mut frame: Vec<u8> = (0..layout.longest())
-        .map(|_| *all.choose(random).expect("some"))
+        .map(|_| byte(layout, random))
         .collect();
     write(&mut frame, 0, any(layout.sync(), random));
     if let Some(messages) = layout.messages() {
@@ -416,6 +423,9 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "terminator with the index" in 0..=3, |index| terminator.each().nth(index).is_some_and(ends);
         "other terminators" in 1..=3, |count| others.len() == count;
         "other terminator with the index" in 0..=2, |index: usize| others.get(index).is_some_and(|end| ends(end));
+        "terminators that end alike", others.iter().any(|end| ends(end) && terminator.each().any(|one| {
+            one.ends_with(end) && ends(one) || end.ends_with(one)
+        }));
         "ranges of content" in [1, 2, 5], |count| content.len() == count;
         "fixed length", length == Length::Fixed;
         "delimiter without a content", length == Length::Delimiter && content.is_empty();
@@ -481,7 +491,10 @@ fn frames_of_any_layout_are_delivered() {
         for frame in &frames {
             match random.random_range(0..3) {
                 0 => noisy.extend(broken(frame, &mut random)),
-                1 => noisy.extend((0..random.random_range(1..30)).map(|_| random.random::<u8>())),
+                1 => {
+                    let count = random.random_range(1..30);
+                    noisy.extend((0..count).map(|_| byte(layout, &mut random)));
+                }
                 _ => {}
             }
             noisy.extend(frame);

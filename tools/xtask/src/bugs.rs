@@ -1,5 +1,6 @@
 //! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. For each mistake, a file lists the
-//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing.
+//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. A sentence that can be false
+//! while every check passes is not a promise.
 
 use std::fs;
 use std::path::Path;
