@@ -216,7 +216,7 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
                 Vec::from_iter(passes.then(|| test.clone()))
             }
             (None, Some(test)) => {
-                let outcome = test.run(&copy)?;
+                let outcome = test.run(&copy, planted::LIMIT)?;
                 println!("{}: {outcome:?}", test.name);
                 let is_caught =
                     outcome == Outcome::Failed || outcome == Outcome::Hangs && bug.is_endless;
