@@ -322,6 +322,19 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         interpret(layout, &frame) == Frame(frame.len()),
         "{layout:?}: {frame:02X?}"
     );
+    if is_sealed
+        && let Some(checksum) = layout.checksum()
+        && checksum.encoding == Encoding::Hex
+        && random.random()
+    {
+        let at = index(checksum.at, length).expect("it is in the frame");
+        let mut other = frame.clone();
+        other[at..][..checksum.encoded_bytes()].make_ascii_lowercase();
+        // A lower-case digit may be a terminator.
+        if interpret(layout, &other) == Frame(other.len()) {
+            frame = other;
+        }
+    }
     if let Some(other) = layout.other_terminators().choose(random)
         && random.random()
         && content + other.len() <= layout.longest()
