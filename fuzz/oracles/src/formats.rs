@@ -140,7 +140,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     for stretch in stretches(steps, protocol) {
         begins_where_the_protocol_says(&format, protocol, &stretch);
     }
-    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0)
+    as_the_reference::<_, N>(|| Frames(format), &format, &Stream(stream), || 0)
 }
 
 /// Returns the bytes between one silence and the next, for each part of the stream.
