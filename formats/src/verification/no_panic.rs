@@ -6,7 +6,6 @@ use framelock::{Encode, EncodeInto, FixedFormat, Format};
 use super::any_layout::{Parts, any_checksum, any_number, patterns};
 use crate::any_of::AnyOf;
 use crate::crsf::{self, Crsf};
-use crate::gnss::Gnss;
 use crate::ibus::Ibus;
 use crate::layout::{
     Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table, index,
@@ -176,12 +175,6 @@ fn in_decoding_any_lengths() {
     in_decoding::<_, 30>(&Rtcm);
     in_decoding::<_, 30>(&Mavlink1(MESSAGES));
     in_decoding::<_, 30>(&Mavlink2(MESSAGES));
-}
-
-#[kani::proof]
-#[kani::unwind(10)]
-fn in_decoding_gnss() {
-    in_decoding::<_, 8>(&Gnss::<8>);
 }
 
 #[kani::proof]
