@@ -37,7 +37,7 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
 }
 
 /// Harnesses, each with the expected outcome and a part of the expected message.
-const FAULTS: [(&str, &str, &str); 18] = [
+const FAULTS: [(&str, &str, &str); 20] = [
     (
         "bound_that_is_too_small",
         "unwinding_too_small",
@@ -77,6 +77,16 @@ const FAULTS: [(&str, &str, &str); 18] = [
     ("read_out_of_bounds", "failed", "dereference failure"),
     ("slice_out_of_bounds", "failed", "slice_index"),
     ("unwrap_of_nothing", "failed", "unwrap"),
+    (
+        "last_copied_byte_differs",
+        "failed",
+        "assertion failed: to[3] == before[3]",
+    ),
+    (
+        "more_bytes_are_copied_than_the_bound_allows",
+        "unwinding_too_small",
+        "unwinding assertion",
+    ),
     (
         "value_that_the_enum_does_not_have",
         "failed",
