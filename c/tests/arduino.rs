@@ -1,5 +1,6 @@
 //! Runs the Arduino sketches on a model of the board, `sketch.cpp`.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -195,7 +196,11 @@ fn the_motion_platforms_pulses_are_right_with_an_int_of_16_bits() {
     );
     for position in 0..=255 {
         let expected = 1000 + position * 125 / 32;
-        source += &format!("static_assert(width({position}) == {expected}, \"{position}\");\n");
+        writeln!(
+            source,
+            "static_assert(width({position}) == {expected}, \"\");"
+        )
+        .unwrap();
     }
     let here = TempDir::new().unwrap();
     let file = here.path().join("width.cpp");

@@ -85,9 +85,9 @@ fn no_other_image_writes_to_uicr() {
 #[test]
 fn no_other_image_completes_what_is_written_to_uicr() {
     for image in ["default", "small"] {
-        for written in 0..UICR.len() {
+        for written in UICR {
             let mut firmware = Firmware::on_an_erased_chip(image);
-            firmware.write_uicr([UICR[written]]);
+            firmware.write_uicr([written]);
             let before = uicr(&mut firmware);
             firmware.run_for(5 * MILLISECOND);
             assert_eq!(uicr(&mut firmware), before, "{image}");
