@@ -95,7 +95,9 @@ fn through_every_state(mut firmware: Firmware) -> Shown {
     firmware.board.run_until(3_148 * MILLISECOND).unwrap();
     firmware.board.send(b"abc\r");
     firmware.board.run_until(3_800 * MILLISECOND).unwrap();
-    // 4.2 s: on the way to park, with frames that are too far apart.
+    // 4.2 s: on the way to park, with frames that are too far apart. The main loop is interrupted for more than a tick.
+    let late_at = 4_190 * MILLISECOND;
+    firmware.board.hold_off(late_at, 10 * MILLISECOND);
     frames(&mut firmware, 5_200, 200, [255; 3]);
     // 5.24 s: the main loop is stuck until the watchdog resets the chip.
     firmware.board.stick_main_loop().unwrap();
