@@ -58,7 +58,11 @@ pub struct Reader<R, P, const N: usize = 64> {
 }
 
 impl<R, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Creates a reader that has read nothing. A buffer of zero bytes does not compile.
+    /// Creates a reader that has read nothing. A buffer of zero bytes does not compile:
+    /// ```compile_fail,E0080
+    /// use framelock::{Reader, Receiver, motion::Bin};
+    /// let reader = Reader::<_, _, 0>::new(&b"AB"[..], Receiver::<Bin>::new());
+    /// ```
     #[must_use]
     pub fn new(source: R, parser: P) -> Self {
         const { assert!(N > 0, "a reader needs a buffer") };

@@ -211,6 +211,9 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
             (Some(test), _) => {
                 let passes = match test.as_str() {
                     machine_code::NAME => machine_code::is_proved(workspace, &copy)?,
+                    firmware::CONTRADICTIONS => {
+                        firmware::accepted_contradictions(&copy)?.is_empty()
+                    }
                     test => test_passes(workspace, &copy, test)?,
                 };
                 Vec::from_iter(passes.then(|| test.clone()))
