@@ -139,15 +139,15 @@ impl Case {
         said
     }
 
-    /// Returns the digest after all steps.
-    pub(crate) fn digest(&self) -> u32 {
+    /// Returns the counters and the digest after all steps.
+    pub(crate) fn outcome(&self) -> ([u32; 18], u32) {
         let mut reference = Reference::new(self);
         let mut at = 0;
         while at < self.steps.len() {
             at += reference.step(&self.steps[at..]);
         }
         self.demand_that_all_happened(&reference);
-        reference.digest.0
+        (reference.counters(), reference.digest.0)
     }
 
     /// Returns the longest of several random frames.
