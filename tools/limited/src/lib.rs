@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 /// The usual limit. No process of a test takes a tenth of this time on an idle computer.
-pub const LIMIT: Duration = Duration::from_secs(120);
+pub const LIMIT: Duration = Duration::from_secs(60);
 
 /// How long a wait sleeps until it asks again whether the process has ended.
 const POLL: Duration = Duration::from_millis(2);
