@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use crate::compilers::{CLANGXX, Compiler, GCC, beside, succeeds};
 use crate::difference::{Case, random_cases};
+use crate::generated::TRUNCATED;
 use crate::headers;
 
 /// The number of bytes that a receiver takes.
@@ -31,6 +32,8 @@ fn a_refused_call_of_a_receiver_changes_nothing() {
     for (name, text) in SHIPPED {
         check(&Case::new(name, text, CrcTable::Nibbles, BYTES), &GCC, true);
     }
+    let truncated = Case::new("truncated", TRUNCATED, CrcTable::Nibbles, BYTES);
+    check(&truncated, &GCC, true);
     for (number, case) in random_cases(6, BYTES).enumerate() {
         check(&case, if number % 2 == 0 { &GCC } else { &CLANGXX }, false);
     }
