@@ -169,7 +169,9 @@ impl Case {
                 (0, [byte, ..]) => (&[*byte][..], 1),
                 (1, [_, ..]) => (&[][..], 1),
                 (2, _) => (&[][..], 0),
-                (_, [count, slice @ ..]) => (&slice[..usize::from(*count)], 1 + usize::from(*count)),
+                (_, [count, slice @ ..]) => {
+                    (&slice[..usize::from(*count)], 1 + usize::from(*count))
+                }
                 _ => panic!("half a step"),
             };
             bytes.extend_from_slice(taken.0);

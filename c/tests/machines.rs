@@ -91,9 +91,7 @@ fn on_avr(case: &Case, program: &str, steps: &[u8], chip: Chip, options: &[&str]
     let options = [&["-I.", "-DON_CHIP", "-Os"], options].concat();
     compiler.compile(&beside(program), &options, &output);
     let mut simavr = Command::new("simavr");
-    simavr
-        .args(["-m", name, "-f", "16000000"])
-        .arg(output);
+    simavr.args(["-m", name, "-f", "16000000"]).arg(output);
     let said = succeeds(&mut simavr, &[], "simavr");
     // The simulator colours the output of the UART, and shows the end of a line as a dot.
     let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
@@ -144,12 +142,27 @@ fn check_on_m4(bytes: usize) {
 /// `ATmega2560` has 8 KiB.
 fn on_avrs() -> impl Iterator<Item = (&'static str, &'static str, Chip, &'static [&'static str])> {
     let shipped = SHIPPED.iter().map(|&(name, text)| match name {
-        "ubx" => (name, text, Chip::Atmega2560, &["-DUBX_ROOM=UBX_LONGEST"][..]),
-        "gnss" => (name, text, Chip::Atmega2560, &["-DGNSS_ROOM=GNSS_LONGEST"][..]),
+        "ubx" => (
+            name,
+            text,
+            Chip::Atmega2560,
+            &["-DUBX_ROOM=UBX_LONGEST"][..],
+        ),
+        "gnss" => (
+            name,
+            text,
+            Chip::Atmega2560,
+            &["-DGNSS_ROOM=GNSS_LONGEST"][..],
+        ),
         // With -Os, the compiler makes `sbrc r18, 0` and `sbiw r24, 13` of the trailer's 13 bytes. simavr 1.6 takes this
         // `sbiw` for a jump of two words, and skips the instruction after it, too.
         "mavlink2" => (name, text, Chip::Atmega328p, &["-O1"][..]),
-        "rtcm" => (name, text, Chip::Atmega328p, &["-DRTCM_ROOM=RTCM_LONGEST"][..]),
+        "rtcm" => (
+            name,
+            text,
+            Chip::Atmega328p,
+            &["-DRTCM_ROOM=RTCM_LONGEST"][..],
+        ),
         _ => (name, text, Chip::Atmega328p, &[][..]),
     });
     shipped.chain([("ubx", SHORT_UBX, Chip::Atmega328p, &[][..])])
@@ -161,8 +174,16 @@ fn check_on_avr(bytes: usize) {
         let case = Case::new(name, text, CrcTable::Nibbles, bytes);
         let said = on_avr(&case, "difference.c", case.steps(), chip, options);
         let (counters, digest) = case.outcome();
-        assert_eq!(said.get(..18), Some(&counters[..]), "{name} on {chip:?}: the counters differ");
-        assert_eq!(said.get(18..), Some(&[digest][..]), "{name} on {chip:?}: the frames differ");
+        assert_eq!(
+            said.get(..18),
+            Some(&counters[..]),
+            "{name} on {chip:?}: the counters differ"
+        );
+        assert_eq!(
+            said.get(18..),
+            Some(&[digest][..]),
+            "{name} on {chip:?}: the frames differ"
+        );
     }
 }
 

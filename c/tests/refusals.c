@@ -20,7 +20,7 @@ static unsigned long refusals[3]; /* of push, poll and encode */
 static void demand(bool condition, const char *promise)
 {
     if (!condition) {
-        printf("%s\n", promise);
+        fprintf(stderr, "%s\n", promise);
         exit(1);
     }
 }

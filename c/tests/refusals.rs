@@ -21,9 +21,18 @@ fn check(case: &Case, compiler: &Compiler, has_frames: bool) {
     let program = folder.path().join("program");
     compiler.compile_with_sanitizers(&beside("refusals.c"), &["-I."], &program);
     let said = succeeds(&mut Command::new(program), &case.bytes(), "");
-    let counts: Vec<u32> = said.split_whitespace().map(|count| count.parse().unwrap()).collect();
-    let [push, poll, encode] = counts[..] else { panic!("{said}") };
-    assert!(push > 1_000 && (poll > 100 || case.is_window()), "{}: {said}", case.name());
+    let counts: Vec<u32> = said
+        .split_whitespace()
+        .map(|count| count.parse().unwrap())
+        .collect();
+    let [push, poll, encode] = counts[..] else {
+        panic!("{said}")
+    };
+    assert!(
+        push > 1_000 && (poll > 100 || case.is_window()),
+        "{}: {said}",
+        case.name()
+    );
     assert!(encode > 100 || !has_frames, "{}: {said}", case.name());
 }
 
@@ -46,7 +55,14 @@ fn a_refused_call_of_the_failsafe_changes_nothing() {
     let headers = format!("-I{}", headers::folder().display());
     for demand in ["uint8_t", "uint16_t"] {
         let demand = format!("-DFAILSAFE_DEMAND={demand}");
-        GCC.compile_with_sanitizers(&beside("refused_failsafe.c"), &[&headers, &demand], &program);
-        assert_eq!(succeeds(&mut Command::new(&program), &[], ""), "9 refused\n");
+        GCC.compile_with_sanitizers(
+            &beside("refused_failsafe.c"),
+            &[&headers, &demand],
+            &program,
+        );
+        assert_eq!(
+            succeeds(&mut Command::new(&program), &[], ""),
+            "9 refused\n"
+        );
     }
 }

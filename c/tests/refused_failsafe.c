@@ -70,7 +70,7 @@ int main(void)
             break;
         }
         if (!is_refused(&parameters)) {
-            printf("case %u: the parameters are accepted, or something changes\n", (unsigned)wrong);
+            fprintf(stderr, "case %u: the parameters are accepted, or something changes\n", (unsigned)wrong);
             return 1;
         }
     }

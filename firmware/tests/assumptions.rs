@@ -26,7 +26,11 @@ fn every_test_passes_under_each_assumption() {
             all.args(["--include-ignored", "--skip", "figures::"]);
             all.args(["--skip", "assumptions::", "--skip", "under_each_assumption"]);
             all.env("FRAMELOCK_ASSUMPTION", name);
-            !Process::start_within(LIMIT, &mut all).unwrap().wait().unwrap().success()
+            !Process::start_within(LIMIT, &mut all)
+                .unwrap()
+                .wait()
+                .unwrap()
+                .success()
         })
         .collect();
     assert!(failed.is_empty(), "{failed:#?}");

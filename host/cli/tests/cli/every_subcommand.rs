@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::process::Stdio;
 
-use framelock_limited::Process;
 use crate::process::{CLEAN, complaint, feed, framelock, run, shown, start, text};
+use framelock_limited::Process;
 
 const SUBCOMMANDS: [&str; 8] = [
     "decode", "trace", "encode", "generate", "demo", "send", "monitor", "simulate",

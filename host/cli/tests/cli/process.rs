@@ -61,7 +61,10 @@ pub(crate) fn text(bytes: Vec<u8>) -> String {
 /// Sends the process a signal, such as `-INT`.
 pub(crate) fn signal(child: &Process, name: &str) {
     let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).run_to_end(b"").unwrap();
+    let kill = Command::new("kill")
+        .args([name, &id])
+        .run_to_end(b"")
+        .unwrap();
     assert!(kill.status.success());
 }
 

@@ -28,9 +28,36 @@ const NUMBERS: usize = 29;
 /// Texts that a table might change: blanks, separators, quotes, line ends, comments, numbers, escapes, and bytes that
 /// are no text.
 const PIECES: [&[u8]; 30] = [
-    b" ", b"  ", b"\t", b",", b";", b"\"", b"\"\"", b"'", b"\\", b"\\x20", b"\\\\", b"\n", b"\r", b"\r\n", b"#", b"0",
-    b"1e5", b"-0", b"NaN", b"null", b"{", b"[", "é".as_bytes(), "é ".as_bytes(), "\u{A0}".as_bytes(),
-    "\u{3000}".as_bytes(), "\u{FEFF}".as_bytes(), "😀".as_bytes(), b"\0", b"\xFF",
+    b" ",
+    b"  ",
+    b"\t",
+    b",",
+    b";",
+    b"\"",
+    b"\"\"",
+    b"'",
+    b"\\",
+    b"\\x20",
+    b"\\\\",
+    b"\n",
+    b"\r",
+    b"\r\n",
+    b"#",
+    b"0",
+    b"1e5",
+    b"-0",
+    b"NaN",
+    b"null",
+    b"{",
+    b"[",
+    "é".as_bytes(),
+    "é ".as_bytes(),
+    "\u{A0}".as_bytes(),
+    "\u{3000}".as_bytes(),
+    "\u{FEFF}".as_bytes(),
+    "😀".as_bytes(),
+    b"\0",
+    b"\xFF",
 ];
 
 fn any_text(random: &mut ChaCha8Rng) -> Vec<u8> {
@@ -77,9 +104,22 @@ fn any_float(random: &mut ChaCha8Rng) -> [u8; 4] {
 
 fn frame(random: &mut ChaCha8Rng, text: &[u8]) -> Vec<u8> {
     let (whole, signed) = (any_number::<8>(random), any_number::<8>(random));
-    let (float, degrees, volts) = (any_float(random), any_number::<4>(random), any_number::<2>(random));
+    let (float, degrees, volts) = (
+        any_float(random),
+        any_number::<4>(random),
+        any_number::<2>(random),
+    );
     let length = u8::try_from(NUMBERS + text.len() - 3).unwrap();
-    [&[0xAA, 0x55, length][..], &whole, &signed, &float, &degrees, &volts, text].concat()
+    [
+        &[0xAA, 0x55, length][..],
+        &whole,
+        &signed,
+        &float,
+        &degrees,
+        &volts,
+        text,
+    ]
+    .concat()
 }
 
 /// The tables that `decode` writes, and those that a spreadsheet makes from them.
@@ -103,13 +143,23 @@ fn check(frame: &str, stream: &[u8], frames: usize) {
         assert_eq!(rows, frames, "{format}: one row per frame");
         let again = written(&["encode", frame], changed(table.clone()));
         if again != stream {
-            let at = again.iter().zip(stream).take_while(|(one, other)| one == other).count();
+            let at = again
+                .iter()
+                .zip(stream)
+                .take_while(|(one, other)| one == other)
+                .count();
             let from = at.saturating_sub(40);
             panic!(
                 "table {number}, {format}: byte {at} of {} differs: {:?} became {:?}\n{table}",
                 stream.len(),
-                stream.get(from..(at + 40).min(stream.len())).map(<[u8]>::escape_ascii).map(|it| it.to_string()),
-                again.get(from..(at + 40).min(again.len())).map(<[u8]>::escape_ascii).map(|it| it.to_string()),
+                stream
+                    .get(from..(at + 40).min(stream.len()))
+                    .map(<[u8]>::escape_ascii)
+                    .map(|it| it.to_string()),
+                again
+                    .get(from..(at + 40).min(again.len()))
+                    .map(<[u8]>::escape_ascii)
+                    .map(|it| it.to_string()),
             );
         }
     }
@@ -186,7 +236,11 @@ fn decimals_become_the_nearest_number() {
             let table = begin.to_owned() + &rows.collect::<String>();
             assert!(written(&["encode", &option], table) == stream, "{off}");
         }
-        let rows = all().map(|number| format!("{{\"position\":{:.5}}}\n", f64::from(number) * 0.03 + off));
-        assert!(written(&["encode", &option], rows.collect::<String>()) == stream, "{off}");
+        let rows =
+            all().map(|number| format!("{{\"position\":{:.5}}}\n", f64::from(number) * 0.03 + off));
+        assert!(
+            written(&["encode", &option], rows.collect::<String>()) == stream,
+            "{off}"
+        );
     }
 }
