@@ -122,8 +122,11 @@ fn frame(random: &mut ChaCha8Rng, text: &[u8]) -> Vec<u8> {
     .concat()
 }
 
+/// A function that changes a table as a spreadsheet may.
+type Changed = fn(String) -> String;
+
 /// The tables that `decode` writes, and those that a spreadsheet makes from them.
-const TABLES: [(&str, fn(String) -> String); 4] = [
+const TABLES: [(&str, Changed); 4] = [
     ("--format=jsonl", |table| table),
     ("--format=csv", |table| table),
     ("--format=jsonl", |table| {
