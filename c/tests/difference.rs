@@ -66,7 +66,7 @@ impl Case {
         }
     }
 
-    fn is_window(&self) -> bool {
+    pub(crate) fn is_window(&self) -> bool {
         self.header.contains("_LONGEST]; /* the pending bytes */")
     }
 
@@ -139,15 +139,15 @@ impl Case {
         said
     }
 
-    /// Returns the digest after all steps.
-    pub(crate) fn digest(&self) -> u32 {
+    /// Returns the counters and the digest after all steps.
+    pub(crate) fn outcome(&self) -> ([u32; 18], u32) {
         let mut reference = Reference::new(self);
         let mut at = 0;
         while at < self.steps.len() {
             at += reference.step(&self.steps[at..]);
         }
         self.demand_that_all_happened(&reference);
-        reference.digest.0
+        (reference.counters(), reference.digest.0)
     }
 
     /// Returns the longest of several random frames.
@@ -155,6 +155,29 @@ impl Case {
         let mut random = ChaCha8Rng::seed_from_u64(43);
         let frames = (0..10).flat_map(|_| drawn::frames(&self.description, &mut random));
         frames.max_by_key(Vec::len).unwrap()
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns all bytes that the steps push.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let (mut bytes, mut rest) = (Vec::new(), &*self.steps);
+        while let [kind, after @ ..] = rest {
+            let taken = match (kind, after) {
+                (0, [byte, ..]) => (&[*byte][..], 1),
+                (1, [_, ..]) => (&[][..], 1),
+                (2, _) => (&[][..], 0),
+                (_, [count, slice @ ..]) => {
+                    (&slice[..usize::from(*count)], 1 + usize::from(*count))
+                }
+                _ => panic!("half a step"),
+            };
+            bytes.extend_from_slice(taken.0);
+            rest = &after[taken.1..];
+        }
+        bytes
     }
 
     pub(crate) fn steps(&self) -> &[u8] {
@@ -455,7 +478,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
 }
 
 /// Returns cases with random descriptions that do not contradict themselves.
-fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
+pub(crate) fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
     let texts = (0..).map(|seed| drawn::description(&mut ChaCha8Rng::seed_from_u64(seed)));
     let right = texts.filter(|text| Description::parse("drawn", text).is_ok());
     right.take(count).enumerate().map(move |(number, text)| {

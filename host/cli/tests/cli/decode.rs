@@ -122,13 +122,14 @@ mod at_a_serial_port {
     use std::fs::{self, File};
     use std::io::{BufRead, BufReader, Read, Write};
     use std::os::unix::fs::symlink;
-    use std::process::{Child, ChildStdout};
+    use std::process::ChildStdout;
 
+    use framelock_limited::Process;
     use rustix::io::ioctl_fionread;
     use rustix::termios::{ControlModes, tcgetattr};
 
     use crate::process::{CLEAN, complaint, feed, signal, start};
-    use crate::pseudo_terminal::line;
+    use crate::pseudo_terminal::{line, read_exactly};
 
     /// A decoder that has already printed the header and a frame.
     struct Decoding {
@@ -136,7 +137,7 @@ mod at_a_serial_port {
         /// The test keeps this end open, because the pseudo-terminal would otherwise count as disconnected.
         near_end: File,
         port: String,
-        child: Child,
+        child: Process,
         output: BufReader<ChildStdout>,
     }
 
@@ -271,7 +272,7 @@ mod at_a_serial_port {
             );
             symlink(&port, &name).unwrap();
             if arguments[0] == "send" {
-                far_end.read_exact(&mut [0; 7]).unwrap();
+                read_exactly(&mut far_end, &mut [0; 7]);
             } else {
                 let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
                 assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");
