@@ -119,6 +119,36 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
+/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
+ * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
+static inline bool any_end_first(any_receiver *receiver, any_message *message)
+{
+    any_outcome outcome;
+    any_index number = 0U;
+    bool again;
+    const any_index length = any_next(receiver, &again);
+
+    if (length > 0U) {
+        any_decode(&receiver->buffer[receiver->from - length], length, message);
+        return true;
+    }
+    if (again || (receiver->from == receiver->to)) {
+        return false;
+    }
+    outcome = any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == ANY_FRAME) {
+        receiver->from = (any_index)(receiver->from + number);
+        any_count_frame(receiver, number);
+        any_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    any_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     void (*received)(void *context, const any_message *message), void *context)
 {
@@ -126,16 +156,8 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (any_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            any_count_discarded(receiver, ANY_LINE_EVENT, 1U);
+        if (any_end_first(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     any_forget(receiver);
