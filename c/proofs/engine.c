@@ -112,9 +112,6 @@ static any_outcome any_classify(const uint8_t *bytes, any_index count, any_index
 
 static any_outcome any_classify_before(const uint8_t *bytes, any_index count, any_index *number)
 {
-    /* The engine asks this question only about bytes that it has just found to be incomplete. */
-    ASSERT((asked > 0U) && (answers[asked - 1U].outcome == ANY_INCOMPLETE));
-    ASSERT((questions[asked - 1U].first == bytes[0]) && (questions[asked - 1U].count == count));
     return ask(bytes, count, BEFORE, number);
 }
 

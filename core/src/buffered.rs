@@ -389,21 +389,20 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         if self.decide_first(found) || self.pending() == 0 {
             return;
         }
-        // `ask_at` was meant for the bytes that this function decides about, so reset it.
-        self.ask_at = 0;
         let pending = self.buffer.as_ref().get(self.from..self.to);
         let pending = pending.unwrap_or_default();
         let why = match self.format.classify_before(pending, event) {
             Classification::Frame(length) if (1..=pending.len()).contains(&length) => {
-                self.from = self.from.wrapping_add(length);
+                (self.from, self.ask_at) = (self.from.wrapping_add(length), 0);
                 found(Found::frame(length, self.frame(length)));
                 return;
             }
             Classification::Rejected(why) => why,
             _ => DiscardReason::LineEvent,
         };
-        self.from = self.from.wrapping_add(1);
         found(Found::discarded(1, why));
+        // `ask_at` was meant for the discarded byte, so reset it.
+        (self.from, self.ask_at) = (self.from.wrapping_add(1), 0);
     }
 
     /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are those at the end of the
