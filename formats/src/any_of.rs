@@ -13,9 +13,9 @@ use crate::layout::Layout;
 /// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
 /// become a frame of an earlier layout.
 ///
-/// A line event ends this wait: the first layout that has a whole frame among the pending bytes decides. So if a pause
-/// follows each frame and is reported, no order of the layouts loses a frame. The order only decides how early a frame
-/// is delivered. If no pause may be reported, put layouts with shorter frames first.
+/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each frame
+/// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
+/// pauses are not reported, put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -132,9 +132,9 @@ pub(crate) fn first<L>(
     Classification::Rejected(furthest)
 }
 
-/// Returns the classification of bytes that a line event follows: the first layout that finds a frame decides. If no
-/// layout finds a frame, the bytes are rejected. At least one of the layouts must find them incomplete, so the reason is
-/// the line event.
+/// Returns the classification of bytes that a line event follows. The first layout that finds a frame decides. If no
+/// layout finds a frame, the bytes are rejected. The reason is the line event, because at least one layout had waited for
+/// more bytes.
 #[inline(always)]
 pub(crate) fn first_before<L>(
     all: &[L],
