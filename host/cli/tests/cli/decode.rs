@@ -140,15 +140,15 @@ fn frames_of_a_later_kind_are_delivered_after_each_pause_and_at_the_end() {
         input.write_all(b"\xAA\x01\x02\xAD").unwrap();
         // The row arrives while the input is still open.
         let mut row = rows.next().unwrap().unwrap();
-        if row == "offset,kind,a,b" {
+        if row == "offset,length,kind,a,b" {
             row = rows.next().unwrap().unwrap();
         }
-        assert_eq!(row, format!("{offset},short,1,2"));
+        assert_eq!(row, format!("{offset},4,short,1,2"));
     }
     drop(input);
     assert!(child.wait().unwrap().success());
     let at_end = shown(&["decode", &kinds, "--format=csv"], b"\xAA\x01\x02\xAD");
-    assert_eq!(at_end, "offset,kind,a,b\n3,short,1,2\n");
+    assert_eq!(at_end, "offset,length,kind,a,b\n3,4,short,1,2\n");
     let made = written(&["encode", &kinds], at_end);
     assert_eq!(made, b"\xAA\x01\x02\xAD");
 }
