@@ -5,9 +5,7 @@
 //!
 //! Frames have up to three bytes, and the buffer has five bytes. The engine has no case that depends on these sizes.
 
-use framelock::{
-    BufferedReceiver, Classification, DiscardReason, Format, Found, Line, LineEvent,
-};
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line, LineEvent};
 
 use crate::windows::{LINE_EVENTS, counters};
 

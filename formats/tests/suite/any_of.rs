@@ -109,10 +109,10 @@ fn delivered_at(layouts: &[Layout], bytes: &[u8], event: LineEvent) -> Vec<(usiz
         at += bytes;
     };
     receiver.feed(bytes, |found| {
-        note(found.bytes(), found.message().map(|it| it.message()))
+        note(found.bytes(), found.message().map(|it| it.message()));
     });
     receiver.line_event(event, |found| {
-        note(found.bytes(), found.message().map(|it| it.message()))
+        note(found.bytes(), found.message().map(|it| it.message()));
     });
     assert_eq!((at, receiver.pending()), (bytes.len(), 0));
     frames
