@@ -449,20 +449,17 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool crsf_end_first(crsf_receiver *receiver, crsf_message *message)
+/* Does the same as `crsf_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool crsf_poll_end(crsf_receiver *receiver, crsf_message *message)
 {
     crsf_outcome outcome;
     uint8_t number = 0U;
-    bool again;
-    const uint8_t length = crsf_next(receiver, &again);
 
-    if (length > 0U) {
-        crsf_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (crsf_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
@@ -486,7 +483,7 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (crsf_end_first(receiver, &message) && (received != NULL)) {
+        if (crsf_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

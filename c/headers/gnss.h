@@ -907,20 +907,17 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool gnss_end_first(gnss_receiver *receiver, gnss_message *message)
+/* Does the same as `gnss_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool gnss_poll_end(gnss_receiver *receiver, gnss_message *message)
 {
     gnss_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = gnss_next(receiver, &again);
 
-    if (length > 0U) {
-        gnss_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (gnss_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -944,7 +941,7 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (gnss_end_first(receiver, &message) && (received != NULL)) {
+        if (gnss_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

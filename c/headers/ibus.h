@@ -423,20 +423,17 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool ibus_end_first(ibus_receiver *receiver, ibus_message *message)
+/* Does the same as `ibus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_poll_end(ibus_receiver *receiver, ibus_message *message)
 {
     ibus_outcome outcome;
     uint8_t number = 0U;
-    bool again;
-    const uint8_t length = ibus_next(receiver, &again);
 
-    if (length > 0U) {
-        ibus_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (ibus_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
@@ -460,7 +457,7 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_end_first(receiver, &message) && (received != NULL)) {
+        if (ibus_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -421,20 +421,17 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool ibus_any_end_first(ibus_any_receiver *receiver, ibus_any_message *message)
+/* Does the same as `ibus_any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_any_poll_end(ibus_any_receiver *receiver, ibus_any_message *message)
 {
     ibus_any_outcome outcome;
     uint8_t number = 0U;
-    bool again;
-    const uint8_t length = ibus_any_next(receiver, &again);
 
-    if (length > 0U) {
-        ibus_any_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (ibus_any_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
@@ -458,7 +455,7 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_any_end_first(receiver, &message) && (received != NULL)) {
+        if (ibus_any_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -450,20 +450,17 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool ibus_telemetry_end_first(ibus_telemetry_receiver *receiver, ibus_telemetry_message *message)
+/* Does the same as `ibus_telemetry_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_telemetry_poll_end(ibus_telemetry_receiver *receiver, ibus_telemetry_message *message)
 {
     ibus_telemetry_outcome outcome;
     uint8_t number = 0U;
-    bool again;
-    const uint8_t length = ibus_telemetry_next(receiver, &again);
 
-    if (length > 0U) {
-        ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (ibus_telemetry_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = ibus_telemetry_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
@@ -487,7 +484,7 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_telemetry_end_first(receiver, &message) && (received != NULL)) {
+        if (ibus_telemetry_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -944,20 +944,17 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool mavlink_end_first(mavlink_receiver *receiver, mavlink_message *message)
+/* Does the same as `mavlink_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink_poll_end(mavlink_receiver *receiver, mavlink_message *message)
 {
     mavlink_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = mavlink_next(receiver, &again);
 
-    if (length > 0U) {
-        mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (mavlink_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -981,7 +978,7 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink_end_first(receiver, &message) && (received != NULL)) {
+        if (mavlink_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -561,20 +561,17 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool mavlink1_end_first(mavlink1_receiver *receiver, mavlink1_message *message)
+/* Does the same as `mavlink1_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink1_poll_end(mavlink1_receiver *receiver, mavlink1_message *message)
 {
     mavlink1_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = mavlink1_next(receiver, &again);
 
-    if (length > 0U) {
-        mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (mavlink1_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -598,7 +595,7 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink1_end_first(receiver, &message) && (received != NULL)) {
+        if (mavlink1_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

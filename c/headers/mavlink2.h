@@ -631,20 +631,17 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool mavlink2_end_first(mavlink2_receiver *receiver, mavlink2_message *message)
+/* Does the same as `mavlink2_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink2_poll_end(mavlink2_receiver *receiver, mavlink2_message *message)
 {
     mavlink2_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = mavlink2_next(receiver, &again);
 
-    if (length > 0U) {
-        mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (mavlink2_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -668,7 +665,7 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink2_end_first(receiver, &message) && (received != NULL)) {
+        if (mavlink2_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

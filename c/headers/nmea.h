@@ -535,20 +535,17 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool nmea_end_first(nmea_receiver *receiver, nmea_message *message)
+/* Does the same as `nmea_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool nmea_poll_end(nmea_receiver *receiver, nmea_message *message)
 {
     nmea_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = nmea_next(receiver, &again);
 
-    if (length > 0U) {
-        nmea_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (nmea_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -572,7 +569,7 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (nmea_end_first(receiver, &message) && (received != NULL)) {
+        if (nmea_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

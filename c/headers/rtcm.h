@@ -446,20 +446,17 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool rtcm_end_first(rtcm_receiver *receiver, rtcm_message *message)
+/* Does the same as `rtcm_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool rtcm_poll_end(rtcm_receiver *receiver, rtcm_message *message)
 {
     rtcm_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = rtcm_next(receiver, &again);
 
-    if (length > 0U) {
-        rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (rtcm_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -483,7 +480,7 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (rtcm_end_first(receiver, &message) && (received != NULL)) {
+        if (rtcm_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -440,20 +440,17 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool sbus_end_first(sbus_receiver *receiver, sbus_message *message)
+/* Does the same as `sbus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool sbus_poll_end(sbus_receiver *receiver, sbus_message *message)
 {
     sbus_outcome outcome;
     uint8_t number = 0U;
-    bool again;
-    const uint8_t length = sbus_next(receiver, &again);
 
-    if (length > 0U) {
-        sbus_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (sbus_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
@@ -477,7 +474,7 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (sbus_end_first(receiver, &message) && (received != NULL)) {
+        if (sbus_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

@@ -437,20 +437,17 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool ubx_end_first(ubx_receiver *receiver, ubx_message *message)
+/* Does the same as `ubx_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ubx_poll_end(ubx_receiver *receiver, ubx_message *message)
 {
     ubx_outcome outcome;
     uint16_t number = 0U;
-    bool again;
-    const uint16_t length = ubx_next(receiver, &again);
 
-    if (length > 0U) {
-        ubx_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (ubx_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
@@ -474,7 +471,7 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ubx_end_first(receiver, &message) && (received != NULL)) {
+        if (ubx_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }

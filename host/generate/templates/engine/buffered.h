@@ -119,20 +119,17 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
-/* Decides about the first pending bytes, given that no more bytes follow. At least one byte must be pending. Classifies
- * bytes at most twice. If the bytes begin with a frame, returns true and writes the frame's values to `*message`. */
-static inline bool any_end_first(any_receiver *receiver, any_message *message)
+/* Does the same as `any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool any_poll_end(any_receiver *receiver, any_message *message)
 {
     any_outcome outcome;
     any_index number = 0U;
-    bool again;
-    const any_index length = any_next(receiver, &again);
 
-    if (length > 0U) {
-        any_decode(&receiver->buffer[receiver->from - length], length, message);
+    if (any_poll(receiver, message)) {
         return true;
     }
-    if (again || (receiver->from == receiver->to)) {
+    if (receiver->from == receiver->to) {
         return false;
     }
     outcome = any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), &number);
@@ -156,7 +153,7 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (any_end_first(receiver, &message) && (received != NULL)) {
+        if (any_poll_end(receiver, &message) && (received != NULL)) {
             received(context, &message);
         }
     }
