@@ -549,6 +549,64 @@ fn check_shared(bytes: usize) {
     Case::new("shared", SHARED_HEADER, CrcTable::Nibbles, bytes).check(&GCC);
 }
 
+/// Kinds with the same header, of which the first has the longest frames.
+const LONGEST_FIRST: &str = "
+    sync = 'AA'
+    checksum = { name = 'sum', type = 'u8', at = -1 }
+    [[kinds]]
+    name = 'six'
+    length = 6
+    [[kinds]]
+    name = 'four'
+    length = 4
+    fields = [{ name = 'a', at = 1, type = 'u8' }, { name = 'b', at = 2, type = 'u8' }]
+";
+
+#[test]
+fn line_events_deliver_frames_of_later_kinds() {
+    let case = Case::new("late", LONGEST_FIRST, CrcTable::Nibbles, BYTES);
+    case.check(&GCC);
+    let folder = TempDir::new().unwrap();
+    case.write(folder.path());
+    let source = folder.path().join("program.c");
+    let text = r#"
+        #include <stdio.h>
+        #include "late.h"
+        static void received(void *context, const late_message *message)
+        {
+            (void)context;
+            printf("%d: %d %d\n", (int)message->kind, (int)message->of.four.a, (int)message->of.four.b);
+        }
+        int main(void)
+        {
+            static late_receiver receiver;
+            static const uint8_t frame[] = {0xAAU, 1U, 2U, 0xADU};
+            late_message message;
+            uint8_t made[4];
+            int event;
+            size_t i;
+            late_init(&receiver);
+            for (event = 0; event < (int)LATE_EVENTS; event++) {
+                for (i = 0U; i < sizeof frame; i++) {
+                    if (late_push(&receiver, frame[i], &message)) {
+                        return 1;
+                    }
+                }
+                late_line_event(&receiver, (late_event)event, received, NULL);
+            }
+            message.kind = LATE_KIND_FOUR;
+            message.of.four.a = 1U;
+            message.of.four.b = 2U;
+            return ((late_encode(&message, made, sizeof made) == 4U) && (made[3] == 0xADU)) ? 0 : 1;
+        }
+    "#;
+    fs::write(&source, text).unwrap();
+    let program = folder.path().join("program");
+    GCC.compile_with_sanitizers(&source, &["-I."], &program);
+    let output = succeeds(&mut Command::new(&program), &[], "");
+    assert_eq!(output, "1: 1 2\n".repeat(EVENTS.len()));
+}
+
 #[test]
 fn random_receivers_do_the_same_in_c_and_rust() {
     check_random(8, BYTES);

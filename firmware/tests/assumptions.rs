@@ -7,7 +7,7 @@ use framelock_limited::Process;
 use nrf52840_emulator::Assumptions;
 
 /// The limit for all tests under one assumption.
-const LIMIT: Duration = Duration::from_secs(3600);
+const LIMIT: Duration = Duration::from_hours(1);
 
 /// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which hold only for
 /// the default assumptions.

@@ -265,7 +265,7 @@ fn the_guides_commands_show_a_setpoint() {
         shell.args(["-e", "-c", commands]).current_dir(root);
         // The commands compile an example first.
         let output =
-            framelock_limited::run_within(std::time::Duration::from_secs(1200), &mut shell, b"");
+            framelock_limited::run_within(std::time::Duration::from_mins(20), &mut shell, b"");
         let output = output.unwrap();
         assert!(output.status.success(), "{commands}: {output:?}");
         let shown = String::from_utf8(output.stdout).unwrap();

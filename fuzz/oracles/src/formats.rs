@@ -157,7 +157,7 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
-        framed(&SixAxesByLayout, &bytes, true, |found| {
+        framed(&SixAxesByLayout, &bytes, Some(LineEvent::Idle), |found| {
             if let Found::Frame {
                 length, message, ..
             } = found

@@ -63,6 +63,17 @@ fn count_down(counter: &Cell<u8>) {
     counter.set(counter.get() - 1);
 }
 
+fn any_answer() -> Classification {
+    let number = any_number();
+    // 0 becomes the largest `usize`, which stands for all numbers that are far too large.
+    let number = if number == 0 { usize::MAX } else { number };
+    match kani::any::<u8>() {
+        0 => Classification::Frame(number),
+        1 => Classification::Incomplete { at_least: number },
+        _ => Classification::Rejected(any_mismatch()),
+    }
+}
+
 impl Format for Anything<'_> {
     const LONGEST: usize = MOST;
     type Message<'a> = &'a [u8];
@@ -79,14 +90,12 @@ impl Format for Anything<'_> {
         assert!(!bytes.is_empty() && bytes.len() <= self.longest);
         assert!(seen < bytes.len());
         count_down(self.questions);
-        let number = any_number();
-        // 0 becomes the largest `usize`, which stands for all numbers that are far too large.
-        let number = if number == 0 { usize::MAX } else { number };
-        match kani::any::<u8>() {
-            0 => Classification::Frame(number),
-            1 => Classification::Incomplete { at_least: number },
-            _ => Classification::Rejected(any_mismatch()),
-        }
+        any_answer()
+    }
+
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        assert!(!bytes.is_empty() && bytes.len() <= self.longest);
+        any_answer()
     }
 
     fn starts(&self, _: u8) -> bool {

@@ -10,7 +10,7 @@ use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found};
 /// that starts a frame. Then it delivers the frame that begins with this byte, or drops the byte, or waits. If `push`
 /// has no event, the reference waits, too.
 fn one_question_at_most<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let is_due = receiver.ask_at <= end;
@@ -53,7 +53,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     }
     let mut committed = None;
     if is_due && first < end {
-        assert!(receiver.format.asked.get() == Some((first, end - first)));
+        assert!(receiver.format.asked.now.get() == Some((first, end - first)));
         match settled {
             Some(Classification::Rejected(why)) => {
                 expected[usize::from(run > 0)] = Some((1, why));
@@ -68,7 +68,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
             _ => {}
         }
     } else {
-        assert!(receiver.format.asked.get().is_none());
+        assert!(receiver.format.asked.now.get().is_none());
     }
     assert!(drops == expected && frame == committed);
     assert!(end - start < L && fits(&receiver, start, end - start, settled_at));
