@@ -372,8 +372,7 @@ mod tests {
                 .expect("files")
                 .iter()
                 .any(|path| {
-                    fs::read_to_string(path)
-                        .is_ok_and(|text| text.contains(&format!("fn {name}()")))
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
                 });
             assert!(is_there, "no test {name} in {}", test.package);
         }
