@@ -243,6 +243,15 @@ static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, ui
     return CRSF_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return CRSF_LINE_EVENT;
+}
+
 CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_message *message)
 {
     message->address = frame[0U];
@@ -440,6 +449,33 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     return false;
 }
 
+/* Does the same as `crsf_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool crsf_poll_end(crsf_receiver *receiver, crsf_message *message)
+{
+    crsf_outcome outcome;
+    uint8_t number = 0U;
+
+    if (crsf_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == CRSF_FRAME) {
+        receiver->from = (uint8_t)(receiver->from + number);
+        crsf_count_frame(receiver, number);
+        crsf_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    crsf_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
     void (*received)(void *context, const crsf_message *message), void *context)
 {
@@ -447,16 +483,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (crsf_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            crsf_count_discarded(receiver, CRSF_LINE_EVENT, 1U);
+        if (crsf_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     crsf_forget(receiver);

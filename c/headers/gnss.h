@@ -562,6 +562,15 @@ static inline gnss_kind gnss_kind_of(const uint8_t *frame, uint16_t length)
     return GNSS_KIND_RTCM;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return GNSS_LINE_EVENT;
+}
+
 /* Reads the fields of a frame of ubx. */
 static inline void gnss_ubx_decode(const uint8_t *frame, uint16_t length, gnss_ubx_message *message)
 {
@@ -898,6 +907,33 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     return false;
 }
 
+/* Does the same as `gnss_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool gnss_poll_end(gnss_receiver *receiver, gnss_message *message)
+{
+    gnss_outcome outcome;
+    uint16_t number = 0U;
+
+    if (gnss_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == GNSS_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        gnss_count_frame(receiver, number);
+        gnss_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    gnss_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
     void (*received)(void *context, const gnss_message *message), void *context)
 {
@@ -905,16 +941,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (gnss_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            gnss_count_discarded(receiver, GNSS_LINE_EVENT, 1U);
+        if (gnss_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     gnss_forget(receiver);

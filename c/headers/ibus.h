@@ -219,6 +219,15 @@ static inline ibus_outcome ibus_classify(const uint8_t *bytes, uint8_t count, ui
     return IBUS_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return IBUS_LINE_EVENT;
+}
+
 IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_message *message)
 {
     uint8_t i;
@@ -414,6 +423,33 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     return false;
 }
 
+/* Does the same as `ibus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_poll_end(ibus_receiver *receiver, ibus_message *message)
+{
+    ibus_outcome outcome;
+    uint8_t number = 0U;
+
+    if (ibus_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == IBUS_FRAME) {
+        receiver->from = (uint8_t)(receiver->from + number);
+        ibus_count_frame(receiver, number);
+        ibus_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    ibus_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
     void (*received)(void *context, const ibus_message *message), void *context)
 {
@@ -421,16 +457,8 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            ibus_count_discarded(receiver, IBUS_LINE_EVENT, 1U);
+        if (ibus_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     ibus_forget(receiver);

@@ -213,6 +213,15 @@ static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t c
     return IBUS_ANY_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return IBUS_ANY_LINE_EVENT;
+}
+
 IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibus_any_message *message)
 {
     uint8_t i;
@@ -412,6 +421,33 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     return false;
 }
 
+/* Does the same as `ibus_any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_any_poll_end(ibus_any_receiver *receiver, ibus_any_message *message)
+{
+    ibus_any_outcome outcome;
+    uint8_t number = 0U;
+
+    if (ibus_any_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == IBUS_ANY_FRAME) {
+        receiver->from = (uint8_t)(receiver->from + number);
+        ibus_any_count_frame(receiver, number);
+        ibus_any_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    ibus_any_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any_event event,
     void (*received)(void *context, const ibus_any_message *message), void *context)
 {
@@ -419,16 +455,8 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_any_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            ibus_any_count_discarded(receiver, IBUS_ANY_LINE_EVENT, 1U);
+        if (ibus_any_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     ibus_any_forget(receiver);

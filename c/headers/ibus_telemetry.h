@@ -219,6 +219,15 @@ static inline ibus_telemetry_outcome ibus_telemetry_classify(const uint8_t *byte
     return IBUS_TELEMETRY_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline ibus_telemetry_outcome ibus_telemetry_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return IBUS_TELEMETRY_LINE_EVENT;
+}
+
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t length, ibus_telemetry_message *message)
 {
     ibus_telemetry_clear(message, sizeof *message);
@@ -441,6 +450,33 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
     return false;
 }
 
+/* Does the same as `ibus_telemetry_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ibus_telemetry_poll_end(ibus_telemetry_receiver *receiver, ibus_telemetry_message *message)
+{
+    ibus_telemetry_outcome outcome;
+    uint8_t number = 0U;
+
+    if (ibus_telemetry_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = ibus_telemetry_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == IBUS_TELEMETRY_FRAME) {
+        receiver->from = (uint8_t)(receiver->from + number);
+        ibus_telemetry_count_frame(receiver, number);
+        ibus_telemetry_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    ibus_telemetry_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *receiver, ibus_telemetry_event event,
     void (*received)(void *context, const ibus_telemetry_message *message), void *context)
 {
@@ -448,16 +484,8 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_telemetry_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            ibus_telemetry_count_discarded(receiver, IBUS_TELEMETRY_LINE_EVENT, 1U);
+        if (ibus_telemetry_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     ibus_telemetry_forget(receiver);

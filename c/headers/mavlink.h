@@ -599,6 +599,15 @@ static inline mavlink_kind mavlink_kind_of(const uint8_t *frame, uint16_t length
     return MAVLINK_KIND_MAVLINK1;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return MAVLINK_LINE_EVENT;
+}
+
 /* Reads the fields of a frame of mavlink2. */
 static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink_mavlink2_message *message)
 {
@@ -935,6 +944,33 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     return false;
 }
 
+/* Does the same as `mavlink_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink_poll_end(mavlink_receiver *receiver, mavlink_message *message)
+{
+    mavlink_outcome outcome;
+    uint16_t number = 0U;
+
+    if (mavlink_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == MAVLINK_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        mavlink_count_frame(receiver, number);
+        mavlink_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    mavlink_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_event event,
     void (*received)(void *context, const mavlink_message *message), void *context)
 {
@@ -942,16 +978,8 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            mavlink_count_discarded(receiver, MAVLINK_LINE_EVENT, 1U);
+        if (mavlink_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     mavlink_forget(receiver);

@@ -341,6 +341,15 @@ static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t 
     return MAVLINK1_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return MAVLINK1_LINE_EVENT;
+}
+
 MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, mavlink1_message *message)
 {
     message->sequence = frame[2U];
@@ -552,6 +561,33 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     return false;
 }
 
+/* Does the same as `mavlink1_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink1_poll_end(mavlink1_receiver *receiver, mavlink1_message *message)
+{
+    mavlink1_outcome outcome;
+    uint16_t number = 0U;
+
+    if (mavlink1_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == MAVLINK1_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        mavlink1_count_frame(receiver, number);
+        mavlink1_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    mavlink1_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1_event event,
     void (*received)(void *context, const mavlink1_message *message), void *context)
 {
@@ -559,16 +595,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink1_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            mavlink1_count_discarded(receiver, MAVLINK1_LINE_EVENT, 1U);
+        if (mavlink1_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     mavlink1_forget(receiver);

@@ -386,6 +386,15 @@ static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t 
     return MAVLINK2_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return MAVLINK2_LINE_EVENT;
+}
+
 MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink2_message *message)
 {
     const bool has_trailer = (frame[2] & 0x01U) != 0U;
@@ -622,6 +631,33 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     return false;
 }
 
+/* Does the same as `mavlink2_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool mavlink2_poll_end(mavlink2_receiver *receiver, mavlink2_message *message)
+{
+    mavlink2_outcome outcome;
+    uint16_t number = 0U;
+
+    if (mavlink2_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == MAVLINK2_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        mavlink2_count_frame(receiver, number);
+        mavlink2_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    mavlink2_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2_event event,
     void (*received)(void *context, const mavlink2_message *message), void *context)
 {
@@ -629,16 +665,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink2_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            mavlink2_count_discarded(receiver, MAVLINK2_LINE_EVENT, 1U);
+        if (mavlink2_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     mavlink2_forget(receiver);

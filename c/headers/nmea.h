@@ -331,6 +331,15 @@ static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, u
     return NMEA_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return NMEA_LINE_EVENT;
+}
+
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message)
 {
     length = nmea_counted(frame, length);
@@ -526,6 +535,33 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     return false;
 }
 
+/* Does the same as `nmea_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool nmea_poll_end(nmea_receiver *receiver, nmea_message *message)
+{
+    nmea_outcome outcome;
+    uint16_t number = 0U;
+
+    if (nmea_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == NMEA_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        nmea_count_frame(receiver, number);
+        nmea_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    nmea_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
     void (*received)(void *context, const nmea_message *message), void *context)
 {
@@ -533,16 +569,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (nmea_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            nmea_count_discarded(receiver, NMEA_LINE_EVENT, 1U);
+        if (nmea_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     nmea_forget(receiver);

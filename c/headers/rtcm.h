@@ -248,6 +248,15 @@ static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, u
     return RTCM_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return RTCM_LINE_EVENT;
+}
+
 RTCM_FUNCTION void rtcm_decode(const uint8_t *frame, uint16_t length, rtcm_message *message)
 {
     message->payload = &frame[3U];
@@ -437,6 +446,33 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     return false;
 }
 
+/* Does the same as `rtcm_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool rtcm_poll_end(rtcm_receiver *receiver, rtcm_message *message)
+{
+    rtcm_outcome outcome;
+    uint16_t number = 0U;
+
+    if (rtcm_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == RTCM_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        rtcm_count_frame(receiver, number);
+        rtcm_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    rtcm_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
     void (*received)(void *context, const rtcm_message *message), void *context)
 {
@@ -444,16 +480,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (rtcm_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            rtcm_count_discarded(receiver, RTCM_LINE_EVENT, 1U);
+        if (rtcm_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     rtcm_forget(receiver);

@@ -221,6 +221,15 @@ static inline sbus_outcome sbus_classify(const uint8_t *bytes, uint8_t count, ui
     return SBUS_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return SBUS_LINE_EVENT;
+}
+
 SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_message *message)
 {
     uint8_t i;
@@ -431,6 +440,33 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     return false;
 }
 
+/* Does the same as `sbus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool sbus_poll_end(sbus_receiver *receiver, sbus_message *message)
+{
+    sbus_outcome outcome;
+    uint8_t number = 0U;
+
+    if (sbus_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == SBUS_FRAME) {
+        receiver->from = (uint8_t)(receiver->from + number);
+        sbus_count_frame(receiver, number);
+        sbus_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    sbus_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
     void (*received)(void *context, const sbus_message *message), void *context)
 {
@@ -438,16 +474,8 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (sbus_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            sbus_count_discarded(receiver, SBUS_LINE_EVENT, 1U);
+        if (sbus_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     sbus_forget(receiver);

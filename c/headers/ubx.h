@@ -230,6 +230,15 @@ static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uin
     return UBX_FRAME;
 }
 
+/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+{
+    (void)bytes;
+    (void)count;
+    (void)number;
+    return UBX_LINE_EVENT;
+}
+
 UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message *message)
 {
     message->class_ = frame[2U];
@@ -428,6 +437,33 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     return false;
 }
 
+/* Does the same as `ubx_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool ubx_poll_end(ubx_receiver *receiver, ubx_message *message)
+{
+    ubx_outcome outcome;
+    uint16_t number = 0U;
+
+    if (ubx_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == UBX_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        ubx_count_frame(receiver, number);
+        ubx_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    ubx_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
     void (*received)(void *context, const ubx_message *message), void *context)
 {
@@ -435,16 +471,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ubx_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            ubx_count_discarded(receiver, UBX_LINE_EVENT, 1U);
+        if (ubx_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     ubx_forget(receiver);

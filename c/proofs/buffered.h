@@ -45,6 +45,10 @@ PROOF(classify, TURNS)
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));
     COVER(outcome == XX(INCOMPLETE) && number == count + 1U);
     COVER(outcome == XX(FRAME));
+
+    const X(outcome) before = X(classify_before)(at, count, &number);
+
+    ASSERT(before == XX(LINE_EVENT) || (before == XX(FRAME) && number >= 1U && number <= count));
 }
 
 #ifdef POINT

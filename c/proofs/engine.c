@@ -42,9 +42,11 @@ typedef struct {
 #include "../../host/generate/templates/engine/counters.h"
 #include "../../host/generate/templates/engine/receiver.h"
 
-/* The classifier's next answers, and the questions that it was asked. A question consists of the first byte, the number
- * of bytes, and the number of bytes that have been classified before. */
+/* The next answers of the classifier's two functions, and the questions that they were asked. A question consists of the
+ * first byte, the number of bytes, and the number of bytes that have been classified before. For `any_classify_before`
+ * this last number is BEFORE. */
 #define ANSWERS (ANY_LONGEST + 1U)
+#define BEFORE 255U
 typedef struct {
     uint8_t outcome;
     uint8_t number;
@@ -66,10 +68,13 @@ static bool any_starts(uint8_t byte)
 }
 
 /* Returns whether a layout can give this answer. Proofs about each layout show that it gives no other answers. */
-static bool is_possible(answer it, uint8_t count)
+static bool is_possible(answer it, uint8_t count, uint8_t seen)
 {
     if (it.outcome == ANY_FRAME) {
         return (it.number >= 1U) && (it.number <= count);
+    }
+    if (seen == BEFORE) {
+        return it.outcome < ANY_REASONS;
     }
     if (it.outcome == ANY_INCOMPLETE) {
         return (it.number > count) && (it.number <= ANY_LONGEST);
@@ -77,23 +82,37 @@ static bool is_possible(answer it, uint8_t count)
     return (it.outcome < ANY_REASONS) && (it.outcome != ANY_LINE_EVENT);
 }
 
-static any_outcome any_classify(const uint8_t *bytes, any_index count, any_index seen, any_index *number)
+static any_outcome ask(const uint8_t *bytes, uint8_t count, uint8_t seen, any_index *number)
 {
     const volatile uint8_t last = bytes[count - 1U];
     answer it;
 
     (void)last;
-    ASSERT((count >= 1U) && (count <= ANY_LONGEST) && (seen < count));
+    ASSERT((count >= 1U) && (count <= ANY_LONGEST));
     ASSERT(asked < ANSWERS);
     it = answers[asked];
-    ASSUME(is_possible(it, count));
-    ASSUME((it.outcome != ANY_NO_SYNC) == any_starts(bytes[0]));
+    ASSUME(is_possible(it, count, seen));
     questions[asked].first = bytes[0];
     questions[asked].count = count;
     questions[asked].seen = seen;
     asked++;
     *number = it.number;
     return (any_outcome)it.outcome;
+}
+
+static any_outcome any_classify(const uint8_t *bytes, any_index count, any_index seen, any_index *number)
+{
+    any_outcome outcome;
+
+    ASSERT(seen < count);
+    outcome = ask(bytes, count, seen, number);
+    ASSUME((outcome != ANY_NO_SYNC) == any_starts(bytes[0]));
+    return outcome;
+}
+
+static any_outcome any_classify_before(const uint8_t *bytes, any_index count, any_index *number)
+{
+    return ask(bytes, count, BEFORE, number);
 }
 
 static void any_decode(const uint8_t *frame, any_index length, any_message *message)
@@ -211,6 +230,7 @@ PROOF(line_event, TURNS)
     ASSERT(before == placed() && receiver.counters.bytes == 0U);
     ASSERT(!has_receiver || (received_frames == receiver.counters.frames && received_bytes == receiver.counters.frame_bytes));
     COVER(has_receiver && received_frames == 2U);
+    COVER(received_frames == 1U && asked == 2U && questions[1].seen == BEFORE);
     COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
 }
 
@@ -246,7 +266,8 @@ uint8_t c_starts(uint8_t byte)
     return any_starts(byte);
 }
 
-/* Checks that the Rust receiver asks the same question as the C receiver. Returns the answer, with the outcome in the
+/* Checks that the Rust receiver asks the same question as the C receiver. `seen` is BEFORE for the question
+ * `any_classify_before`. Returns the answer, with the outcome in the
  * low byte and the number in the high byte. */
 uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)
 {

@@ -1,5 +1,7 @@
 //! Runs the Arduino sketches on a model of the board, `sketch.cpp`.
 
+use std::fmt::Write as _;
+use std::fs;
 use std::path::Path;
 use std::process::Command;
 
@@ -7,7 +9,7 @@ use framelock::{Encode, EncodeInto, motion::Bin};
 use framelock_formats::crsf::{self, Crsf};
 use tempfile::TempDir;
 
-use crate::compilers::{GXX, beside, succeeds};
+use crate::compilers::{AVR, GXX, beside, succeeds};
 use crate::headers;
 
 /// The time of a byte at 115 200 baud, in microseconds.
@@ -180,6 +182,32 @@ fn a_single_frame_does_not_move_the_motion_platform() {
     let positions = positions(&line.run("MotionPlatform"));
     assert!(positions.len() > 40);
     assert!(positions.iter().all(|it| it.1 == PARK), "{positions:?}");
+}
+
+/// The model of the board has an `int` of 32 bits. Here the compiler for AVR, whose `int` has 16 bits, computes the
+/// width of each pulse.
+#[test]
+fn the_motion_platforms_pulses_are_right_with_an_int_of_16_bits() {
+    let sketch = include_str!("../arduino/examples/MotionPlatform/MotionPlatform.ino");
+    let (_, rest) = sketch.split_once("delayMicroseconds(").unwrap();
+    let (width, _) = rest.split_once(");\n").unwrap();
+    let mut source = format!(
+        "#include <stdint.h>\nconstexpr uint32_t width(uint8_t position) {{ return {width}; }}\n"
+    );
+    for position in 0..=255 {
+        let expected = 1000 + position * 125 / 32;
+        writeln!(
+            source,
+            "static_assert(width({position}) == {expected}, \"\");"
+        )
+        .unwrap();
+    }
+    let here = TempDir::new().unwrap();
+    let file = here.path().join("width.cpp");
+    fs::write(&file, source).unwrap();
+    let mut command = Command::new("avr-g++");
+    command.args(["-std=gnu++11", "-fsyntax-only"]).arg(file);
+    succeeds(&mut command, &[], AVR.package);
 }
 
 fn channels(payload: &[u8]) -> Vec<u8> {

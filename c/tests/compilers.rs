@@ -1,10 +1,11 @@
 //! C and C++ compilers, and the packages that they need.
 
 use std::ffi::OsStr;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::thread;
+use std::process::Command;
+
+use framelock_limited::RunToEnd as _;
 
 /// A compiler with its options, and the Debian package that contains it.
 pub(crate) struct Compiler {
@@ -52,6 +53,11 @@ pub(crate) const M0: Compiler = Compiler {
 /// A compiler whose `int` has 16 bits.
 pub(crate) const AVR: Compiler = Compiler {
     command: &["avr-gcc", "-std=c99", "-mmcu=atmega328p"],
+    package: "gcc-avr avr-libc",
+};
+/// The same compiler for a larger chip.
+pub(crate) const AVR_2560: Compiler = Compiler {
+    command: &["avr-gcc", "-std=c99", "-mmcu=atmega2560"],
     package: "gcc-avr avr-libc",
 };
 pub(crate) const ALL: [Compiler; 7] = [GCC, CLANG, GXX, CLANGXX, M4, M0, AVR];
@@ -119,26 +125,16 @@ pub(crate) fn cached(compiler: &str) -> Command {
     command
 }
 
-/// Runs a program that must exit successfully. Returns its standard output, followed by its standard error. `package`
+/// Runs a program that must exit successfully within the time limit. Returns its standard output, followed by its standard error. `package`
 /// is the Debian package that contains the program.
 pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> String {
-    command
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    let mut running = match command.spawn() {
+    let output = match command.run_to_end(input) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let name = command.get_program().display();
             panic!("there is no {name}; on Debian: apt-get install {package}")
         }
-        running => running.unwrap(),
+        output => output.unwrap(),
     };
-    let mut stdin = running.stdin.take().unwrap();
-    let output = thread::scope(|scope| {
-        // A program that fails can exit before it has read all of its input. Ignore the error of this write.
-        scope.spawn(move || stdin.write_all(input).is_ok());
-        running.wait_with_output().unwrap()
-    });
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?}: {complaints}");
     String::from_utf8_lossy(&output.stdout).into_owned() + &complaints

@@ -138,9 +138,14 @@ static void step(uint8_t (*next)(void))
 
 void run(void)
 {
+    uint8_t i;
+
     F(init)(&receiver);
     while (has_more()) {
         step(next_byte);
+    }
+    for (i = 0U; i < 18U; i++) {
+        say(counter(i));
     }
     say(digest);
 }

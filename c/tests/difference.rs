@@ -66,7 +66,7 @@ impl Case {
         }
     }
 
-    fn is_window(&self) -> bool {
+    pub(crate) fn is_window(&self) -> bool {
         self.header.contains("_LONGEST]; /* the pending bytes */")
     }
 
@@ -139,15 +139,15 @@ impl Case {
         said
     }
 
-    /// Returns the digest after all steps.
-    pub(crate) fn digest(&self) -> u32 {
+    /// Returns the counters and the digest after all steps.
+    pub(crate) fn outcome(&self) -> ([u32; 18], u32) {
         let mut reference = Reference::new(self);
         let mut at = 0;
         while at < self.steps.len() {
             at += reference.step(&self.steps[at..]);
         }
         self.demand_that_all_happened(&reference);
-        reference.digest.0
+        (reference.counters(), reference.digest.0)
     }
 
     /// Returns the longest of several random frames.
@@ -155,6 +155,29 @@ impl Case {
         let mut random = ChaCha8Rng::seed_from_u64(43);
         let frames = (0..10).flat_map(|_| drawn::frames(&self.description, &mut random));
         frames.max_by_key(Vec::len).unwrap()
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns all bytes that the steps push.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let (mut bytes, mut rest) = (Vec::new(), &*self.steps);
+        while let [kind, after @ ..] = rest {
+            let taken = match (kind, after) {
+                (0, [byte, ..]) => (&[*byte][..], 1),
+                (1, [_, ..]) => (&[][..], 1),
+                (2, _) => (&[][..], 0),
+                (_, [count, slice @ ..]) => {
+                    (&slice[..usize::from(*count)], 1 + usize::from(*count))
+                }
+                _ => panic!("half a step"),
+            };
+            bytes.extend_from_slice(taken.0);
+            rest = &after[taken.1..];
+        }
+        bytes
     }
 
     pub(crate) fn steps(&self) -> &[u8] {
@@ -455,7 +478,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
 }
 
 /// Returns cases with random descriptions that do not contradict themselves.
-fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
+pub(crate) fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
     let texts = (0..).map(|seed| drawn::description(&mut ChaCha8Rng::seed_from_u64(seed)));
     let right = texts.filter(|text| Description::parse("drawn", text).is_ok());
     right.take(count).enumerate().map(move |(number, text)| {
@@ -524,6 +547,64 @@ fn kinds_with_the_same_header_do_the_same() {
 
 fn check_shared(bytes: usize) {
     Case::new("shared", SHARED_HEADER, CrcTable::Nibbles, bytes).check(&GCC);
+}
+
+/// Kinds with the same header, of which the first has the longest frames.
+const LONGEST_FIRST: &str = "
+    sync = 'AA'
+    checksum = { name = 'sum', type = 'u8', at = -1 }
+    [[kinds]]
+    name = 'six'
+    length = 6
+    [[kinds]]
+    name = 'four'
+    length = 4
+    fields = [{ name = 'a', at = 1, type = 'u8' }, { name = 'b', at = 2, type = 'u8' }]
+";
+
+#[test]
+fn line_events_deliver_frames_of_later_kinds() {
+    let case = Case::new("late", LONGEST_FIRST, CrcTable::Nibbles, BYTES);
+    case.check(&GCC);
+    let folder = TempDir::new().unwrap();
+    case.write(folder.path());
+    let source = folder.path().join("program.c");
+    let text = r#"
+        #include <stdio.h>
+        #include "late.h"
+        static void received(void *context, const late_message *message)
+        {
+            (void)context;
+            printf("%d: %d %d\n", (int)message->kind, (int)message->of.four.a, (int)message->of.four.b);
+        }
+        int main(void)
+        {
+            static late_receiver receiver;
+            static const uint8_t frame[] = {0xAAU, 1U, 2U, 0xADU};
+            late_message message;
+            uint8_t made[4];
+            int event;
+            size_t i;
+            late_init(&receiver);
+            for (event = 0; event < (int)LATE_EVENTS; event++) {
+                for (i = 0U; i < sizeof frame; i++) {
+                    if (late_push(&receiver, frame[i], &message)) {
+                        return 1;
+                    }
+                }
+                late_line_event(&receiver, (late_event)event, received, NULL);
+            }
+            message.kind = LATE_KIND_FOUR;
+            message.of.four.a = 1U;
+            message.of.four.b = 2U;
+            return ((late_encode(&message, made, sizeof made) == 4U) && (made[3] == 0xADU)) ? 0 : 1;
+        }
+    "#;
+    fs::write(&source, text).unwrap();
+    let program = folder.path().join("program");
+    GCC.compile_with_sanitizers(&source, &["-I."], &program);
+    let output = succeeds(&mut Command::new(&program), &[], "");
+    assert_eq!(output, "1: 1 2\n".repeat(EVENTS.len()));
 }
 
 #[test]

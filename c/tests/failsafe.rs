@@ -2,6 +2,7 @@
 //! its promises in C alone, with the usual parameters, polls every 2 ms and a frame every 20 ms.
 
 use std::fmt::Write as _;
+use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -422,6 +423,36 @@ fn faults_move_an_axis_no_further_than_stated() {
             .iter()
             .all(|polled| polled.axes[0] >= 128 - 26)
     );
+}
+
+/// `FAILSAFE_USUAL` gives the same parameters as `for_clock` in Rust, for any clock.
+#[test]
+fn the_usual_parameters_are_those_of_rust() {
+    let here = TempDir::new().unwrap();
+    let (source, program) = (here.path().join("usual.c"), here.path().join("program"));
+    let clocks = [1_000_u32, 1_024, 32_768, 62_500, 16_000_000];
+    let mut text = String::from("#include \"failsafe.h\"\n#include <stdio.h>\nint main(void)\n{\n");
+    let mut expected = String::new();
+    for clock in clocks {
+        let poll_every = clock / 50;
+        writeln!(
+            text,
+            "    {{ const uint32_t all[7] = {{FAILSAFE_USUAL({clock}U, {poll_every}U)}}; uint8_t i;\n\
+             for (i = 0U; i < 7U; i++) {{ printf(\"%lu\\n\", (unsigned long)all[i]); }} }}"
+        )
+        .unwrap();
+        let p = FailsafeParameters::for_clock(clock, poll_every, [0_u8; 1]);
+        let frames = u32::from(p.frames_to_start);
+        let first = [p.longest_step, p.hold_after, p.ramp_after, frames];
+        let last = [p.approach_for, p.approach_travel, p.live_travel];
+        for number in [&first[..], &last].concat() {
+            writeln!(expected, "{number}").unwrap();
+        }
+    }
+    fs::write(&source, text + "    return 0;\n}\n").unwrap();
+    let include = format!("-I{}", headers::folder().display());
+    GCC.compile_with_sanitizers(&source, &[&include], &program);
+    assert_eq!(succeeds(&mut Command::new(program), &[], ""), expected);
 }
 
 #[test]

@@ -50,7 +50,7 @@ const MOTOR: &str = "
 ";
 
 /// Senders leave out zero bytes at the end of the payload, as `MAVLink` 2 senders do.
-const TRUNCATED: &str = "
+pub(crate) const TRUNCATED: &str = "
     sync = 'FD'
     length_field = { at = 1, type = 'u8', plus = 6 }
     longest = 60

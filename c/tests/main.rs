@@ -20,3 +20,4 @@ mod headers;
 mod lecture;
 mod lecture_in_rust;
 mod machines;
+mod refusals;

@@ -309,15 +309,12 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
-            // The decision about the first pending byte never needs more bytes than the longest frame has.
-            let missing = self.format.longest().saturating_sub(self.pending());
-            let (now, later) = rest.split_at_checked(missing).unwrap_or((rest, &[]));
-            self.store(now);
+            let is_enough = self.store_up_to_longest(&mut rest);
             while self.decide_first(&mut found) {}
-            if now.len() < missing {
+            if !is_enough {
                 return;
             }
-            rest = self.give_back(bytes, later);
+            rest = self.give_back(bytes, rest);
         }
         while !rest.is_empty() {
             let Some(behind) = self.take(rest, &mut found) else {
@@ -325,6 +322,17 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             };
             rest = behind;
         }
+    }
+
+    /// Moves bytes from the front of the slice into the buffer, until as many bytes are pending as the longest frame
+    /// has. The decision about the first pending byte never needs more bytes. Returns whether the slice had enough.
+    #[inline]
+    fn store_up_to_longest(&mut self, bytes: &mut &[u8]) -> bool {
+        let missing = self.format.longest().saturating_sub(self.pending());
+        let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
+        self.store(now);
+        *bytes = later;
+        now.len() == missing
     }
 
     /// If all pending bytes came from the slice, forgets them, and returns the slice from the first pending byte on.
@@ -371,26 +379,38 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Takes a line event, after which an incomplete frame cannot be continued. Delivers the frames that lie whole in
-    /// the pending bytes, and drops the other bytes. After the call nothing is pending (theorem 13f).
+    /// Takes a line event, after which an incomplete frame cannot be continued. Delivers each frame that lies whole in
+    /// the pending bytes, unless an earlier delivered frame shares bytes with it, and drops the other bytes. After the
+    /// call nothing is pending (theorem 13f).
     ///
-    /// Calls the format at most once for each pending byte.
-    pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
+    /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each.
+    pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         while self.pending() > 0 {
-            self.end_first(&mut found);
+            self.end_first(event, &mut found);
         }
         self.reset();
     }
 
-    /// Decides about the first pending byte on the assumption that no byte will follow. At least one byte must be
+    /// Decides about the first pending byte, given that the event follows the pending bytes. At least one byte must be
     /// pending.
-    fn end_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
-        if !self.decide_first(found) && self.pending() > 0 {
-            found(Found::discarded(1, DiscardReason::LineEvent));
-            self.from = self.from.wrapping_add(1);
-            // `ask_at` was meant for the discarded byte, so reset it.
-            self.ask_at = 0;
+    fn end_first(&mut self, event: LineEvent, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
+        if self.decide_first(found) || self.pending() == 0 {
+            return;
         }
+        let pending = self.buffer.as_ref().get(self.from..self.to);
+        let pending = pending.unwrap_or_default();
+        let why = match self.format.classify_before(pending, event) {
+            Classification::Frame(length) if (1..=pending.len()).contains(&length) => {
+                (self.from, self.ask_at) = (self.from.wrapping_add(length), 0);
+                found(Found::frame(length, self.frame(length)));
+                return;
+            }
+            Classification::Rejected(why) => why,
+            _ => DiscardReason::LineEvent,
+        };
+        found(Found::discarded(1, why));
+        // `ask_at` was meant for the discarded byte, so reset it.
+        (self.from, self.ask_at) = (self.from.wrapping_add(1), 0);
     }
 
     /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are those at the end of the

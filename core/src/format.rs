@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::DiscardReason;
+use crate::{DiscardReason, LineEvent};
 
 #[cfg(kani)]
 pub mod verification;
@@ -40,6 +40,8 @@ pub enum Classification {
 /// 4. A byte that does not [start](Self::starts) a frame is rejected with [`NoSync`](DiscardReason::NoSync),
 ///    whatever bytes follow.
 /// 5. [`classify_after`](Self::classify_after) returns the same as `classify`.
+/// 6. If `bytes` are `Incomplete`, [`classify_before`](Self::classify_before) returns either `Frame(n)`, where
+///    `1 <= n <= bytes.len()`, or `Rejected`.
 ///
 /// Every `Layout` keeps these laws (theorem 13g, proved for streams of up to six bytes). If you implement a format
 /// yourself, test it with `check_laws` of `framelock-formats`. If a format breaks the laws, the receiver still does not
@@ -128,6 +130,19 @@ pub trait Format: Copy {
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         let _ = seen;
         self.classify(bytes)
+    }
+
+    /// Classifies [incomplete](Classification::Incomplete) bytes that a line event follows. No more bytes will follow
+    /// `bytes`, so the function decides whether a frame begins here and ends among these bytes.
+    ///
+    /// The function returns `Frame` if `classify` waited for a longer frame, but `bytes` also begin with a shorter
+    /// frame. Formats with several kinds of frames have such bytes. The default returns `Rejected` with the reason
+    /// [`LineEvent`](DiscardReason::LineEvent).
+    #[inline]
+    #[must_use]
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let _ = (bytes, event);
+        Classification::Rejected(DiscardReason::LineEvent)
     }
 
     /// Returns whether a frame may begin with this byte.

@@ -58,9 +58,8 @@
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
 //! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
-//! in this crate panics, whatever its arguments, unless your own format, source or closure does. This is proved for
-//! `push`, line events and the failsafe. Long slices and `Reader` are tested. Several mistakes in a format are compile
-//! errors (see [`FixedFormat`]).
+//! in this crate panics, whatever its arguments, unless your own format, source or closure does. This is proved
+//! for slices and buffers of up to 4096 bytes. Several mistakes in a format are compile errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.

@@ -58,7 +58,11 @@ pub struct Reader<R, P, const N: usize = 64> {
 }
 
 impl<R, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Creates a reader that has read nothing. A buffer of zero bytes does not compile.
+    /// Creates a reader that has read nothing. A buffer of zero bytes does not compile:
+    /// ```compile_fail,E0080
+    /// use framelock::{Reader, Receiver, motion::Bin};
+    /// let reader = Reader::<_, _, 0>::new(&b"AB"[..], Receiver::<Bin>::new());
+    /// ```
     #[must_use]
     pub fn new(source: R, parser: P) -> Self {
         const { assert!(N > 0, "a reader needs a buffer") };
@@ -88,12 +92,50 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         self.source
     }
 
+    /// Empties the buffer for the next read. If the program cancels this read, the reader must not parse the buffer's
+    /// old bytes again.
+    fn empty_buffer(&mut self) -> (&mut R, &mut [u8; N]) {
+        (self.taken, self.filled) = (0, 0);
+        (&mut self.source, &mut self.buffer)
+    }
+
+    /// Takes the number of bytes that a read has put into the buffer. Returns whether the source has ended.
+    fn is_ended_by_read(&mut self, count: usize) -> bool {
+        // A faulty driver may return a number that is greater than the buffer's size.
+        self.filled = count.min(N);
+        count == 0
+    }
+
     /// Calls `on` with the next message that the buffer completes, and returns the result of `on`.
     fn next_in_buffer<T>(&mut self, on: &mut impl FnMut(P::Message<'_>) -> T) -> Option<T> {
         let mut rest = self.buffer.get(self.taken..self.filled)?;
         let message = self.line.next(&mut rest);
         self.taken = self.filled.wrapping_sub(rest.len());
         message.map(on)
+    }
+}
+
+#[cfg(kani)]
+impl<R, P, const N: usize> Reader<R, P, N> {
+    /// Creates a reader that has not taken `buffer[taken..filled]` yet.
+    pub const fn in_state(
+        source: R,
+        line: Line<P>,
+        buffer: [u8; N],
+        [taken, filled]: [usize; 2],
+    ) -> Self {
+        Self {
+            source,
+            line,
+            buffer,
+            taken,
+            filled,
+        }
+    }
+
+    /// Returns `taken` and `filled`.
+    pub const fn state(&self) -> [usize; 2] {
+        [self.taken, self.filled]
     }
 }
 
@@ -127,8 +169,9 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
             if let Some(made) = self.next_in_buffer(&mut on) {
                 return Ok(Some(made));
             }
-            (self.taken, self.filled) = (0, self.source.read(&mut self.buffer)?);
-            if self.filled == 0 {
+            let (source, buffer) = self.empty_buffer();
+            let count = source.read(buffer)?;
+            if self.is_ended_by_read(count) {
                 return Ok(None);
             }
         }
@@ -165,8 +208,9 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             if let Some(made) = self.next_in_buffer(&mut on) {
                 return Ok(Some(made));
             }
-            (self.taken, self.filled) = (0, self.source.read(&mut self.buffer).await?);
-            if self.filled == 0 {
+            let (source, buffer) = self.empty_buffer();
+            let count = source.read(buffer).await?;
+            if self.is_ended_by_read(count) {
                 return Ok(None);
             }
         }

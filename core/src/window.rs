@@ -152,6 +152,12 @@ fn bits(bytes: usize) -> u32 {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Window<F: FrameBytes>(F::Word);
 
+/// The rest of a slice after a step of [`feed`](Window::feed), and the number of bytes that the step has discarded.
+struct Taken<'b> {
+    rest: &'b [u8],
+    dropped: usize,
+}
+
 impl<F: FrameBytes> Window<F> {
     /// The window that holds no byte: the state at reset and after every delivered frame.
     pub(crate) const EMPTY: Self = Self(F::EMPTY);
@@ -294,44 +300,72 @@ impl<F: FrameBytes> Window<F> {
             self.push_and_tell(shape, byte, &check, &mut found);
             at = at.wrapping_add(1);
         }
-        // Now all pending bytes lie in the slice. Empty the window, and go back to the first pending byte in the slice.
-        at = at.wrapping_sub(self.pending(shape));
-        *self = Self::EMPTY;
-        let mut rest = bytes.get(at..).unwrap_or_default();
-        let first_of =
-            |bytes| Some(F::Word::load(bytes)?.down(F::Word::BYTES.wrapping_sub(F::LENGTH)));
-        let length = F::LENGTH;
+        let mut rest = self.give_back(shape, bytes, at);
         'rounds: loop {
-            let count = blocks_without_start(rest, |byte| shape.agrees(byte.into(), 1));
-            if count > 0 {
-                let why = DiscardReason::NoSync;
-                found(Found::Discarded { count, why });
-                rest = rest.get(count..).unwrap_or_default();
-            }
+            rest = Self::skip_blocks(shape, rest, &mut found);
             // If the rest has a whole block, the first block contains a byte that can begin a frame. Compare with the
             // shape at one position after another, until `BLOCK` bytes have been discarded. Searching for skippable
             // blocks at each position would cost more time than it saves.
             let mut dropped = 0_usize;
             while dropped < BLOCK {
-                let Some(message) = first_of(rest) else {
+                let Some(taken) = Self::take(shape, rest, &check, &mut found) else {
                     break 'rounds;
                 };
-                if shape.agrees(message, length) && check(message) {
-                    found(Found::Frame { length, message });
-                    rest = rest.get(length..).unwrap_or_default();
-                    continue;
-                }
-                let (count, why) = (1, shape.mismatch(message, length));
-                let why = why.unwrap_or(DiscardReason::ChecksumMismatch);
-                found(Found::Discarded { count, why });
-                rest = rest.get(count..).unwrap_or_default();
-                dropped = dropped.wrapping_add(count);
+                (rest, dropped) = (taken.rest, dropped.wrapping_add(taken.dropped));
             }
         }
         // The rest of the slice is shorter than a word, but may still contain a whole frame.
         for &byte in rest {
             self.push_and_tell(shape, byte, &check, &mut found);
         }
+    }
+
+    /// Empties the window. Returns the slice from the first pending byte on. `taken` bytes of the slice have been
+    /// pushed, and all pending bytes are among them.
+    #[inline]
+    fn give_back<'b>(&mut self, shape: &Shape<F>, bytes: &'b [u8], taken: usize) -> &'b [u8] {
+        let at = taken.wrapping_sub(self.pending(shape));
+        *self = Self::EMPTY;
+        bytes.get(at..).unwrap_or_default()
+    }
+
+    /// Discards the leading blocks in which no byte can begin a frame. Returns the rest of the slice.
+    #[inline]
+    fn skip_blocks<'b>(
+        shape: &Shape<F>,
+        bytes: &'b [u8],
+        found: &mut impl FnMut(Found<F::Word>),
+    ) -> &'b [u8] {
+        let count = blocks_without_start(bytes, |byte| shape.agrees(byte.into(), 1));
+        if count == 0 {
+            return bytes;
+        }
+        let why = DiscardReason::NoSync;
+        found(Found::Discarded { count, why });
+        bytes.get(count..).unwrap_or_default()
+    }
+
+    /// Delivers the frame with which the slice begins, or discards the slice's first byte. Returns `None` if the slice
+    /// is shorter than a word.
+    #[inline]
+    fn take<'b>(
+        shape: &Shape<F>,
+        bytes: &'b [u8],
+        check: impl Fn(F::Word) -> bool,
+        found: &mut impl FnMut(Found<F::Word>),
+    ) -> Option<Taken<'b>> {
+        let length = F::LENGTH;
+        let message = F::Word::load(bytes)?.down(F::Word::BYTES.wrapping_sub(length));
+        if shape.agrees(message, length) && check(message) {
+            found(Found::Frame { length, message });
+            let rest = bytes.get(length..).unwrap_or_default();
+            return Some(Taken { rest, dropped: 0 });
+        }
+        let (count, why) = (1, shape.mismatch(message, length));
+        let why = why.unwrap_or(DiscardReason::ChecksumMismatch);
+        found(Found::Discarded { count, why });
+        let rest = bytes.get(count..).unwrap_or_default();
+        Some(Taken { rest, dropped: 1 })
     }
 
     #[inline]

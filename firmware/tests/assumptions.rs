@@ -1,8 +1,13 @@
 //! Runs all tests again under each assumption about the chip.
 
 use std::process::Command;
+use std::time::Duration;
 
+use framelock_limited::Process;
 use nrf52840_emulator::Assumptions;
+
+/// The limit for all tests under one assumption.
+const LIMIT: Duration = Duration::from_hours(1);
 
 /// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which hold only for
 /// the default assumptions.
@@ -21,7 +26,11 @@ fn every_test_passes_under_each_assumption() {
             all.args(["--include-ignored", "--skip", "figures::"]);
             all.args(["--skip", "assumptions::", "--skip", "under_each_assumption"]);
             all.env("FRAMELOCK_ASSUMPTION", name);
-            !all.status().unwrap().success()
+            !Process::start_within(LIMIT, &mut all)
+                .unwrap()
+                .wait()
+                .unwrap()
+                .success()
         })
         .collect();
     assert!(failed.is_empty(), "{failed:#?}");

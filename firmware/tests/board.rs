@@ -81,6 +81,21 @@ fn no_other_image_writes_to_uicr() {
     }
 }
 
+/// A chip on which a word was written before, by another image or by a debugger.
+#[test]
+fn no_other_image_completes_what_is_written_to_uicr() {
+    for image in ["default", "small"] {
+        for written in UICR {
+            let mut firmware = Firmware::on_an_erased_chip(image);
+            firmware.write_uicr([written]);
+            let before = uicr(&mut firmware);
+            firmware.run_for(5 * MILLISECOND);
+            assert_eq!(uicr(&mut firmware), before, "{image}");
+            assert!(firmware.resets().is_empty(), "{image}");
+        }
+    }
+}
+
 /// If UICR allows it, every image opens the debug port, which is a register and not in UICR.
 #[test]
 fn every_image_opens_a_debug_port_that_may_be_opened() {
@@ -152,6 +167,21 @@ fn with_a_dead_crystal_the_watchdog_resets_the_chip() {
     firmware.run_for(600 * MILLISECOND);
     assert_eq!(firmware.resets(), [ResetCause::Watchdog; 2]);
     assert!(firmware.board.debug_port_is_open());
+}
+
+/// The wires do not float while flash is written or when the watchdog starts.
+#[test]
+fn the_servos_wires_are_driven_low_before_anything_else() {
+    const WATCHDOG_RUNS: u32 = 0x4001_0400;
+    for (image, register) in [("write-uicr", NVMC_CONFIG), ("default", WATCHDOG_RUNS)] {
+        let mut firmware = Firmware::on_an_erased_chip(image);
+        while firmware.board.register(register).unwrap() == 0 {
+            assert!(firmware.board.now() < MILLISECOND, "{image}");
+            firmware.run_for(10);
+        }
+        let pins = firmware.board.pins();
+        assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0), "{image}");
+    }
 }
 
 #[test]

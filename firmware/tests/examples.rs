@@ -262,10 +262,10 @@ fn the_guides_commands_show_a_setpoint() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     for commands in blocks("sh") {
         let mut shell = std::process::Command::new("sh");
-        let output = shell
-            .args(["-e", "-c", commands])
-            .current_dir(root)
-            .output();
+        shell.args(["-e", "-c", commands]).current_dir(root);
+        // The commands compile an example first.
+        let output =
+            framelock_limited::run_within(std::time::Duration::from_mins(20), &mut shell, b"");
         let output = output.unwrap();
         assert!(output.status.success(), "{commands}: {output:?}");
         let shown = String::from_utf8(output.stdout).unwrap();

@@ -15,6 +15,8 @@ mod image;
 mod line_errors;
 mod outputs;
 mod random;
+mod rare_times;
 mod receiving;
+mod resets;
 mod self_test;
 mod stack;

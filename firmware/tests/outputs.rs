@@ -312,6 +312,22 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
+/// The same while the servos follow the demand, and while they are held.
+#[test]
+fn a_receiver_that_dies_while_the_servos_move_is_reset_by_the_watchdog() {
+    let mut firmware = Firmware::booted("default");
+    drive(&mut firmware, [255, 0, 255], 1_500);
+    let code = firmware.patch("UARTE0_UART0", [0x70, 0x47]);
+    let dead_from = firmware.board.now();
+    firmware.run_for(300 * MILLISECOND);
+    firmware.patch("UARTE0_UART0", code);
+    let [reset] = firmware.board.trace().resets.as_slice() else {
+        panic!("{:?}", firmware.board.trace().resets);
+    };
+    assert_eq!(reset.cause, ResetCause::Watchdog);
+    assert!(reset.at - dead_from < 260 * MILLISECOND);
+}
+
 /// If the tick cannot access the receiver, because the receiver's cell is empty or in use, the failure is counted and
 /// the watchdog is not fed.
 #[test]

@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use framelock::{Classification, DiscardReason, Format};
+use framelock::{Classification, DiscardReason, Format, LineEvent};
 
 use crate::layout::Layout;
 
@@ -11,7 +11,11 @@ use crate::layout::Layout;
 /// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
 /// not reject the bytes decides whether the bytes are a frame or are incomplete. So several layouts may have the same
 /// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
-/// become a frame of an earlier layout, so put layouts with shorter frames first.
+/// become a frame of an earlier layout.
+///
+/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each frame
+/// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
+/// pauses are not reported, put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -70,8 +74,13 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
             self.0,
             seen,
             |it| bytes.first().is_some_and(|&byte| it.borrow().starts(byte)),
-            |it, seen| it.borrow().classify_after(bytes, seen),
+            |it, seen| classify(it.borrow(), bytes, seen),
         )
+    }
+
+    #[inline]
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        first_before(self.0, |it| classify(it.borrow(), bytes, 0))
     }
 
     #[inline]
@@ -83,9 +92,16 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
         let starts = |it: &L| frame.first().is_some_and(|&byte| it.borrow().starts(byte));
         let is_its_frame =
-            |it: &L| it.borrow().classify(frame) == Classification::Frame(frame.len());
+            |it: &L| classify(it.borrow(), frame, 0) == Classification::Frame(frame.len());
         (kind(self.0, starts, is_its_frame), frame)
     }
+}
+
+/// Does the same as [`Layout::classify_after`].
+// The compiler does not inline this function, because the code for any layout is long.
+#[inline(never)]
+fn classify(layout: &Layout, bytes: &[u8], seen: usize) -> Classification {
+    layout.classify_after(bytes, seen)
 }
 
 /// Returns the classification of the first layout that does not reject the bytes. If all layouts reject them, returns
@@ -114,6 +130,19 @@ pub(crate) fn first<L>(
         rest = others;
     }
     Classification::Rejected(furthest)
+}
+
+/// Returns the classification of bytes that a line event follows. The first layout that finds a frame decides. If no
+/// layout finds a frame, the bytes are rejected. The reason is the line event, because at least one layout had waited for
+/// more bytes.
+#[inline(always)]
+pub(crate) fn first_before<L>(
+    all: &[L],
+    classify: impl FnMut(&L) -> Classification,
+) -> Classification {
+    let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
+    let frame = all.iter().map(classify).find(is_frame);
+    frame.unwrap_or(Classification::Rejected(DiscardReason::LineEvent))
 }
 
 /// Returns the index of the first layout that accepts a frame.

@@ -7,7 +7,7 @@
 //!          └──> Incomplete          └──> Incomplete        └──> Incomplete
 //! ```
 
-use framelock::{Classification, DiscardReason};
+use framelock::{Classification, DiscardReason, LineEvent};
 
 use crate::layout::{
     ByteOrder, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns, Trailer, index,
@@ -39,6 +39,15 @@ impl Layout<'_> {
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         self.try_classify(bytes, seen)
             .unwrap_or_else(|classification| classification)
+    }
+
+    /// Classifies incomplete bytes that a line event follows. A line event completes no frame of a layout, so the
+    /// function rejects the bytes.
+    #[inline(always)]
+    #[must_use]
+    pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let _ = (bytes, event);
+        Classification::Rejected(DiscardReason::LineEvent)
     }
 
     /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,

@@ -3,13 +3,13 @@
 
 use core::fmt;
 
-use framelock::{Classification, DiscardReason, Encode, Format};
+use framelock::{Classification, DiscardReason, Encode, Format, LineEvent};
 
 /// A law of [`Format`] that a format breaks, and the bytes that show the violation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct BrokenLaw {
-    /// The number of the law, 1 to 5.
+    /// The number of the law, 1 to 6.
     pub law: u8,
     /// The index in the stream of the first classified byte.
     pub from: usize,
@@ -31,7 +31,11 @@ impl fmt::Display for BrokenLaw {
             2 => "a shorter prefix already had another final classification (a frame, or rejected)",
             3 => "a shorter prefix was incomplete and asked for more bytes than these",
             4 => "`starts` says that no frame begins with the first byte",
-            _ => "`classify_after` and `classify` differ",
+            5 => "`classify_after` and `classify` differ",
+            _ => {
+                "`classify_before` must reject these bytes, or return a frame that has at least one and at most all of \
+                 them"
+            }
         };
         let (law, from, length, classification) =
             (self.law, self.from, self.length, self.classification);
@@ -118,6 +122,14 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
     Ok(())
 }
 
+const EVENTS: [LineEvent; 5] = [
+    LineEvent::Framing,
+    LineEvent::Parity,
+    LineEvent::Overrun,
+    LineEvent::Break,
+    LineEvent::Idle,
+];
+
 /// If a format's longest frame has at most this length, every prefix is classified.
 const SHORT: usize = 64;
 
@@ -192,6 +204,11 @@ impl Said {
         };
         let starts = bytes.first().is_some_and(|&first| format.starts(first));
         let as_searched = |seen| format.classify_after(bytes, seen) == classification;
+        let is_final_before = |&event: &LineEvent| match format.classify_before(bytes, event) {
+            Classification::Frame(frame) => 1 <= frame && frame <= length,
+            Classification::Incomplete { .. } => false,
+            Classification::Rejected(_) => true,
+        };
         let law = if !in_bounds {
             1
         } else if self.settled.is_some_and(|before| before != classification) {
@@ -206,6 +223,10 @@ impl Said {
                 && !(as_searched(self.incomplete / 2) && as_searched(self.incomplete))
         {
             5
+        } else if matches!(classification, Classification::Incomplete { .. })
+            && !EVENTS.iter().all(is_final_before)
+        {
+            6
         } else {
             match classification {
                 Classification::Incomplete { at_least } => {

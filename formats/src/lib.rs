@@ -151,13 +151,13 @@ pub use any_of::AnyOf;
 // Used by `classify_by!` through `$crate`, so that the macro also works in packages that rename this crate.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 #[doc(hidden)]
-pub use framelock::Classification;
+pub use framelock::{Classification, LineEvent};
 pub use layout::Layout;
 
 use framelock::EncodeError;
 
-/// Implements the items of [`Format`](framelock::Format) that find frames: `LONGEST`, `classify`, `classify_after` and
-/// `starts`. Use it inside an `impl` of `Format`.
+/// Implements the items of [`Format`](framelock::Format) that find frames: `LONGEST`, `classify`, `classify_after`,
+/// `classify_before` and `starts`. Use it inside an `impl` of `Format`.
 ///
 /// `classify_by!(LAYOUT)` takes a constant layout. Use `classify_by!(LONGEST, |format| ..)` if the layout depends on
 /// the value of the format. The closure returns the layout for this value. `LONGEST` is a constant layout. No frame of
@@ -181,6 +181,16 @@ macro_rules! classify_by {
         fn classify_after(&self, bytes: &[u8], seen: usize) -> $crate::Classification {
             let $format = self;
             $layout.classify_after(bytes, seen)
+        }
+
+        #[inline]
+        fn classify_before(
+            &self,
+            bytes: &[u8],
+            event: $crate::LineEvent,
+        ) -> $crate::Classification {
+            let $format = self;
+            $layout.classify_before(bytes, event)
         }
 
         #[inline]

@@ -23,6 +23,8 @@ mod accounting;
 #[cfg(kani)]
 mod against_reference;
 #[cfg(kani)]
+mod any_parser;
+#[cfg(kani)]
 mod checksum;
 #[cfg(kani)]
 mod commits;
@@ -32,6 +34,8 @@ mod encoding;
 mod line_events;
 #[cfg(kani)]
 mod no_panic;
+#[cfg(kani)]
+mod reader;
 pub mod reference;
 #[cfg(kani)]
 mod resynchronisation;

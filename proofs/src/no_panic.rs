@@ -1,9 +1,11 @@
 //! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
 //! memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's parts and the failsafe are in `core`.
 
+use framelock::any_format::part;
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Counters, Encode, FixedFormat, Line};
 
+use crate::any_parser::AnyParser;
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver, any_setpoint};
 
 /// Runs every operation of a parser, from its current state.
@@ -38,10 +40,40 @@ fn receiver_of_bin_crc8() {
     any_operations(any_receiver::<BinCrc8, 8>());
 }
 
-/// Runs every operation of a line, with any counters.
+static BYTES: [u8; 4096] = [0; 4096];
+
+/// Returns a slice of any length up to 4096 bytes. All its bytes are 0.
+fn any_slice() -> &'static [u8] {
+    part(&BYTES, 0, kani::any_where(|&length| length <= BYTES.len()))
+}
+
+/// Passes a slice of any length to `feed` and `next`. Ignores executions with a second outcome. Such an execution has
+/// reached another state in the same loop.
+fn any_slice_is_taken<P: OfSetpoints>(parser: P) {
+    let bytes = any_slice();
+    let (mut fed, mut placed) = (parser, 0);
+    fed.feed(bytes, |found| {
+        kani::assume(placed == 0);
+        placed = found.bytes();
+    });
+    assert!(placed + fed.pending() == parser.pending() + bytes.len());
+    let (mut pulled, mut rest, mut placed) = (parser, bytes, 0);
+    pulled.next_with(&mut rest, |one| {
+        kani::assume(placed == 0);
+        placed = one.bytes();
+    });
+    assert!(placed + pulled.pending() + rest.len() == parser.pending() + bytes.len());
+    kani::cover!(placed == P::LENGTH, "a frame, or a broken frame");
+}
+
 #[kani::proof]
-#[kani::unwind(9)]
-fn line() {
+#[kani::unwind(10)]
+fn lecture_takes_any_slice() {
+    let machine = any_lecture();
+    any_slice_is_taken(machine);
+}
+
+fn any_counters() -> Counters {
     let mut counters = Counters::default();
     [
         counters.bytes,
@@ -68,6 +100,14 @@ fn line() {
         events.line_break,
         events.idle,
     ] = kani::any();
+    counters
+}
+
+/// Runs every operation of a line, with any counters.
+#[kani::proof]
+#[kani::unwind(9)]
+fn line() {
+    let counters = any_counters();
     let _ = counters.discarded.total();
     let _ = counters.events.total();
     let mut line = Line::resumed(any_lecture(), counters);
@@ -76,6 +116,33 @@ fn line() {
     assert!(line.pending() == 0 && line.parser().pending() == 0);
     assert!(Line::new(any_lecture()).counters().bytes == 0);
     kani::cover!(line.counters().bytes == 0, "a counter wraps");
+}
+
+/// Runs every operation of a line with any parser, which may report any outcomes, and slices of any length. The line
+/// passes on each message and each outcome.
+#[kani::proof]
+#[kani::unwind(9)]
+fn line_of_any_parser() {
+    let any_line = || Line::resumed(AnyParser::default(), any_counters());
+    let has_found = |line: &Line<AnyParser>| line.parser().messages == 1;
+    let mut line = any_line();
+    assert!(line.push(kani::any()).is_some() == has_found(&line));
+    let mut line = any_line();
+    assert!(line.poll().is_some() == has_found(&line));
+    let (mut line, mut rest) = (any_line(), any_slice());
+    assert!(line.next(&mut rest).is_some() == has_found(&line));
+    let mut line = any_line();
+    let message = line.messages(any_slice()).next();
+    assert!(message.is_some() == has_found(&line));
+    let (mut line, mut outcomes) = (any_line(), 0);
+    line.feed(any_slice(), |_| outcomes += 1);
+    assert!(outcomes == line.parser().outcomes);
+    let (mut line, mut outcomes) = (any_line(), 0);
+    line.line_event(any_line_event(), |_| outcomes += 1);
+    assert!(outcomes == line.parser().outcomes);
+    let _ = line.pending();
+    kani::cover!(outcomes == 2, "two outcomes");
+    kani::cover!(message.is_some(), "a message");
 }
 
 #[kani::proof]

@@ -11,7 +11,7 @@
 //!
 //! The loops visit every index in order and never jump, so that a model checker can follow them.
 
-use framelock::{Classification, DiscardReason, Found};
+use framelock::{Classification, DiscardReason, Found, LineEvent};
 
 /// A frame format, as a rule about bytes.
 pub trait NaiveFormat {
@@ -143,12 +143,12 @@ pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[
 
 /// The reference for frames of any length: asks the format about all following bytes, at one position after another.
 /// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame begins.
-/// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`is_over`),
-/// this number is 0, because the reference discards a byte instead of waiting.
+/// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`end`), this
+/// number is 0: the reference asks [`classify_before`](framelock::Format::classify_before) instead of waiting.
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],
-    is_over: bool,
+    end: Option<LineEvent>,
     mut report: impl FnMut(Found<usize>),
 ) -> usize {
     let mut free = 0;
@@ -158,19 +158,25 @@ pub fn framed<F: framelock::Format>(
         }
         let rest = bytes.get(i..).unwrap_or_default();
         let known = rest.get(..format.longest()).unwrap_or(rest);
-        free = match format.classify(known) {
+        let classification = match (format.classify(known), end) {
+            (Classification::Incomplete { .. }, Some(event)) => {
+                format.classify_before(known, event)
+            }
+            (Classification::Incomplete { .. }, None) => return rest.len(),
+            (classification, _) => classification,
+        };
+        free = i + match classification {
             Classification::Frame(length) => {
                 report(Found::frame(length, i));
-                i + length
+                length
             }
-            Classification::Incomplete { .. } if !is_over => return rest.len(),
             classification => {
                 let why = match classification {
                     Classification::Rejected(why) => why,
                     _ => DiscardReason::LineEvent,
                 };
                 report(Found::discarded(1, why));
-                i + 1
+                1
             }
         };
     }

@@ -5,7 +5,7 @@
 //!
 //! Frames have up to three bytes, and the buffer has five bytes. The engine has no case that depends on these sizes.
 
-use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line, LineEvent};
 
 use crate::windows::{LINE_EVENTS, counters};
 
@@ -40,19 +40,11 @@ impl Format for Any {
     }
 
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        let [outcome, number] = c_answer(bytes[0], low(bytes.len()), low(seen)).to_le_bytes();
-        let number = usize::from(number);
-        Classification::Rejected(match outcome {
-            0 => DiscardReason::NoSync,
-            1 => DiscardReason::BrokenSync,
-            2 => DiscardReason::BadHeader,
-            3 => DiscardReason::TooLong,
-            4 => DiscardReason::UnknownMessage,
-            5 => DiscardReason::ChecksumMismatch,
-            6 => DiscardReason::WrongTerminator,
-            8 => return Classification::Frame(number),
-            _ => return Classification::Incomplete { at_least: number },
-        })
+        answer(bytes, low(seen))
+    }
+
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        answer(bytes, BEFORE)
     }
 
     fn starts(&self, byte: u8) -> bool {
@@ -62,6 +54,27 @@ impl Format for Any {
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         frame
     }
+}
+
+/// The number that stands for `classify_before` in the questions to the classifier in C.
+const BEFORE: u8 = 255;
+
+/// Returns the answer of the classifier in C.
+fn answer(bytes: &[u8], seen: u8) -> Classification {
+    let [outcome, number] = c_answer(bytes[0], low(bytes.len()), seen).to_le_bytes();
+    let number = usize::from(number);
+    Classification::Rejected(match outcome {
+        0 => DiscardReason::NoSync,
+        1 => DiscardReason::BrokenSync,
+        2 => DiscardReason::BadHeader,
+        3 => DiscardReason::TooLong,
+        4 => DiscardReason::UnknownMessage,
+        5 => DiscardReason::ChecksumMismatch,
+        6 => DiscardReason::WrongTerminator,
+        7 => DiscardReason::LineEvent,
+        8 => return Classification::Frame(number),
+        _ => return Classification::Incomplete { at_least: number },
+    })
 }
 
 /// Converts a number below 256 to a byte.

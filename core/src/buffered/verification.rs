@@ -57,12 +57,15 @@
 //! frame. While such a frame is undecided, the reference has stopped at an earlier place. The byte at this earlier
 //! place is pending, too, and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
 //!
-//! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
-//! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]
-//! runs the loop. After a line event nothing is pending, so no later frame contains a byte from before the event.
+//! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`, both
+//! ask it [`Format::classify_before`], whose answer is a frame or a rejection. Each frame that lies whole in the pending
+//! bytes is delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
+//! [`line_events`] proves one iteration of the loop, and [`reference`] runs the loop. After a line event nothing is
+//! pending, so no later frame contains a byte from before the event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 
+mod any_size;
 mod lawless;
 mod line_events;
 mod pushes;
@@ -72,8 +75,8 @@ mod steps;
 use core::cell::Cell;
 
 use super::BufferedReceiver;
-use crate::any_format::{Row, any_up_to, any_verdict, part};
-use crate::{Classification, DiscardReason, Format};
+use crate::any_format::{Row, any_before, any_up_to, any_verdict, part};
+use crate::{Classification, DiscardReason, Format, LineEvent};
 
 impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
     /// Creates a receiver in this state: `buffer[from..to]` is pending, and nothing is decided before `to` reaches
@@ -109,17 +112,23 @@ fn are_places(bytes: &[u8], from: usize) -> bool {
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))
 }
 
-/// The place and the number of bytes about which the format was asked, if it was asked.
-type Asked = Cell<Option<(usize, usize)>>;
+/// The questions that the format was asked during one step.
+#[derive(Default)]
+struct Asked {
+    /// The place and the number of bytes about which the format was asked, if it was asked.
+    now: Cell<Option<(usize, usize)>>,
+    /// The answer of [`Format::classify_before`], if the format was asked this question.
+    before: Cell<Option<Classification>>,
+}
 
-/// Any format during one step of the receiver. In this step the format answers at most one question, about one place.
+/// Any format during one step of the receiver. In this step the format answers each of its two questions at most once,
+/// about one place.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
     /// The answers about the place. `None` stands for arbitrary answers, which may break the laws.
     row: Option<Row>,
     /// The places that start a frame, as bits.
     starts: u32,
-    /// The question that the format was asked: the first place, and the number of bytes.
     asked: &'a Asked,
 }
 
@@ -176,11 +185,11 @@ impl<const L: usize> Format for Any<'_, L> {
     }
 
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        assert!(self.asked.get().is_none());
+        assert!(self.asked.now.get().is_none());
         assert!(!bytes.is_empty() && bytes.len() <= L);
         let place = usize::from(bytes[0]);
         assert!(are_places(bytes, place));
-        self.asked.set(Some((place, bytes.len())));
+        self.asked.now.set(Some((place, bytes.len())));
         let Some(row) = self.row else {
             return any_verdict();
         };
@@ -192,6 +201,23 @@ impl<const L: usize> Format for Any<'_, L> {
         // Law 5 demands that the first `seen` bytes are incomplete.
         assert!(seen < row.settled_at);
         row.classify(bytes.len())
+    }
+
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        assert!(self.asked.before.get().is_none());
+        assert!(!bytes.is_empty() && bytes.len() <= L);
+        let place = usize::from(bytes[0]);
+        assert!(are_places(bytes, place));
+        let before = match self.row {
+            None => any_verdict(),
+            Some(row) => {
+                // Law 6 concerns only incomplete bytes.
+                assert!(self.starts_at(place) && row.settled(bytes.len()).is_none());
+                any_before(bytes.len())
+            }
+        };
+        self.asked.before.set(Some(before));
+        before
     }
 
     fn starts(&self, byte: u8) -> bool {

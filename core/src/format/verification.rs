@@ -1,7 +1,7 @@
 //! Arbitrary classifications, lawful or not. The harnesses of theorem 13 use them, here and in
 //! `framelock-formats`.
 
-use crate::{Classification, DiscardReason};
+use crate::{Classification, DiscardReason, LineEvent};
 
 /// The answers of a lawful format about one position of the stream. With fewer than `settled_at` bytes
 /// the answer is `Incomplete`. With `settled_at` bytes or more it is always `settled` (laws 1 to 3).
@@ -92,5 +92,27 @@ pub fn any_verdict() -> Classification {
         0 => Classification::Frame(number),
         1 => Classification::Incomplete { at_least: number },
         _ => Classification::Rejected(any_mismatch()),
+    }
+}
+
+/// Returns any line event.
+pub fn any_event() -> LineEvent {
+    match kani::any::<u8>() {
+        0 => LineEvent::Framing,
+        1 => LineEvent::Parity,
+        2 => LineEvent::Overrun,
+        3 => LineEvent::Break,
+        _ => LineEvent::Idle,
+    }
+}
+
+/// Returns any answer that a lawful format can give about `length` incomplete bytes that a line event follows (law 6).
+pub fn any_before(length: usize) -> Classification {
+    if kani::any() {
+        let frame = any_up_to(length);
+        kani::assume(frame >= 1);
+        Classification::Frame(frame)
+    } else {
+        Classification::Rejected(any_mismatch())
     }
 }

@@ -455,7 +455,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     /// Returns the output at the time `now`.
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
         let elapsed = self.pass(now);
-        let ways = [self.slow, self.fast].map(|speed| speed.way(elapsed));
+        let ways = [self.slow.way(elapsed), self.fast.way(elapsed)];
         self.step(ways)
     }
 
@@ -536,9 +536,10 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         let holds = self.silence < ramp_after;
         let may_go_live = self.approached >= approach_for;
         let (mut are_live, mut are_parked) = (true, true);
-        let targets = self.demands.into_iter().zip(park);
-        for (axis, (demand, park)) in self.axes.iter_mut().zip(targets) {
-            let park = park.position();
+        let mut axes = park;
+        let targets = self.demands.iter().zip(&mut axes);
+        for (axis, (demand, output)) in self.axes.iter_mut().zip(targets) {
+            let park = output.position();
             let target = if follows {
                 demand.position()
             } else if holds {
@@ -549,6 +550,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             axis.step(target, ways, may_go_live);
             are_live &= axis.is_live;
             are_parked &= axis.position == park;
+            *output = D::at(axis.position);
         }
         let phase = match (follows, holds) {
             (true, _) if are_live => Phase::Live,
@@ -557,7 +559,6 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             (false, false) if are_parked => Phase::Parked,
             (false, false) => Phase::Ramp,
         };
-        let axes = self.axes.map(|axis| D::at(axis.position));
         Output { axes, phase }
     }
 }
@@ -566,6 +567,12 @@ impl Axis {
     /// Moves the axis towards the target, at most by the first way, or by the second one if it is live. If it may go
     /// live, it does so when it meets its target, or when the target has passed it.
     fn step(&mut self, target: u32, [slow, fast]: [u32; 2], may_go_live: bool) {
+        if target == self.position {
+            // The code below does the same, but takes longer. A parked axis always returns here.
+            self.rises = false;
+            self.is_live |= may_go_live;
+            return;
+        }
         let way = target.abs_diff(self.position);
         let rises = target > self.position;
         let has_met = way <= slow || rises != self.rises;

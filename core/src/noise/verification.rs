@@ -1,6 +1,9 @@
 //! Theorems 6 and 13a: the search skips only bytes that start no frame.
 
+use core::cell::Cell;
+
 use super::{BLOCK, blocks_without_start, run_without_start};
+use crate::any_format::part;
 
 /// Returns whether the byte is odd. In the harnesses the odd bytes start a frame, and the even bytes do not. This
 /// choice stands for any format, because the search uses no property of a byte except whether it starts a frame.
@@ -35,4 +38,22 @@ fn runs_end_at_a_start() {
     assert!(run == bytes.len() || is_odd(bytes[run]));
     kani::cover!(run == BLOCK + 1, "a block and a byte");
     kani::cover!(run == 0, "none");
+}
+
+/// Theorem 1: the search takes slices of any length up to 4096 bytes. The second byte that it examines can start a frame,
+/// because a search through a whole slice has as many iterations as the slice has blocks.
+#[kani::proof]
+#[kani::unwind(18)]
+fn long_slice_is_searched() {
+    static BYTES: [u8; 4096] = [0; 4096];
+    let length = usize::from(kani::any::<u16>());
+    kani::assume(length <= BYTES.len());
+    let bytes = part(&BYTES, 0, length);
+    let examined = Cell::new(0);
+    let run = run_without_start(bytes, |_| {
+        examined.set(examined.get() + 1);
+        examined.get() > 1
+    });
+    assert!(run == 0);
+    kani::cover!(length == BYTES.len(), "a long slice");
 }

@@ -37,8 +37,12 @@
 //!    discards several bytes together only if no frame can begin with any of them (`noise::verification`). So
 //!    `push_with` would discard each of these bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
+//!
+//! **Theorem 1: no panics.** The harnesses above run the steps with short slices. [`long_steps`] and [`long`] run the
+//! steps, and `feed` as a whole, with slices of up to 4096 bytes.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
+use crate::any_format::part;
 use crate::fixed_format::sealed::Words;
 
 impl<F: FrameBytes> Window<F> {
@@ -312,6 +316,71 @@ where
     kani::cover!(from_first.pending(&shape) == N - 1, "the next start");
 }
 
+static BYTES: [u8; 4096] = [0; 4096];
+
+/// Returns a slice of any length up to 4096 bytes. All its bytes are 0. Because the shape is arbitrary, a frame may begin
+/// with any of these bytes or with none. If the slice has more than 32 bytes, each of them can begin a frame. Otherwise
+/// the search for such a byte would take as many iterations as the slice has blocks.
+fn any_slice<const N: usize>(shape: &Shape<[u8; N]>) -> &'static [u8]
+where
+    [u8; N]: FrameBytes,
+{
+    let length = usize::from(kani::any::<u16>());
+    kani::assume(length <= 32 || shape.agrees(0.into(), 1));
+    kani::assume(length <= BYTES.len());
+    part(&BYTES, 0, length)
+}
+
+/// Theorem 1: `feed` takes a slice of any length up to 4096 bytes, in any state. The harness runs the function up to the
+/// first check of a whole frame, and each loop of the function up to this check. The other iterations of the loops
+/// perform the same steps. [`long_slice_is_taken`] proves the steps. Any bytes have the shape of a frame here.
+fn long_slice_is_fed<const N: usize>()
+where
+    [u8; N]: FrameBytes,
+{
+    // A constant, so that the prover sees at once where the executions end.
+    let shape = const { &Shape::new([None; N]) };
+    let mut window = any_window::<N>(shape);
+    let bytes = any_slice(shape);
+    let check = |_| {
+        kani::cover!(bytes.len() == BYTES.len(), "a long slice");
+        kani::assume(false);
+        false
+    };
+    let pending = window.pending(shape);
+    window.feed(shape, bytes, check, |_| ());
+    assert!(window.pending(shape) == pending + bytes.len());
+    kani::cover!(bytes.len() == 1, "a byte waits");
+}
+
+/// Theorem 1: the steps of `feed` take a slice of any length up to 4096 bytes, and return the rest of the slice.
+fn long_slice_is_taken<const N: usize>()
+where
+    [u8; N]: FrameBytes,
+{
+    let shape = any_shape::<N>();
+    let check: bool = kani::any();
+    let mut window = any_window::<N>(&shape);
+    let bytes = any_slice(&shape);
+    let (pending, taken) = (window.pending(&shape), usize::from(kani::any::<u16>()));
+    kani::assume(pending <= taken && taken <= bytes.len());
+    let rest = window.give_back(&shape, bytes, taken);
+    assert!(window.pending(&shape) == 0 && rest.len() == bytes.len() - taken + pending);
+
+    let mut placed = 0;
+    let mut found = |one: Found<_>| placed += one.bytes();
+    let rest = Window::<[u8; N]>::skip_blocks(&shape, bytes, &mut found);
+    let skipped = bytes.len() - rest.len();
+    let taken = Window::<[u8; N]>::take(&shape, rest, |_| check, &mut found);
+    let left = taken.as_ref().map_or(rest.len(), |taken| taken.rest.len());
+    assert!(placed + left == bytes.len());
+    let dropped = taken.map(|taken| taken.dropped);
+    assert!(dropped.is_none() == (rest.len() < <[u8; N] as Words>::Word::BYTES));
+    assert!(dropped.is_none_or(|dropped| dropped == placed - skipped || placed - skipped == N));
+    kani::cover!(dropped == Some(0) && bytes.len() == 4096, "a frame");
+    kani::cover!(dropped == Some(1) && bytes.len() == 4096, "no frame");
+}
+
 /// `load` copies the first bytes of a slice to the highest bytes of a word. `from_word` returns the lowest bytes of a
 /// word.
 #[kani::proof]
@@ -472,5 +541,7 @@ for_frames!(commits, commits_exactly_the_frames:
 for_frames!(mismatches, mismatches_are_found);
 for_frames!(one_byte, one_byte_is_pushed);
 for_frames!(starts, start_is_pushed);
+for_frames!(long, long_slice_is_fed: of_2 2 of_3 3);
+for_frames!(long_steps, long_slice_is_taken: of_1 1 of_8 8 of_16 16);
 for_frames!(reasons, reasons_stay: of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8);
 for_frames!(pending, only_what_is_pending_matters: of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8);

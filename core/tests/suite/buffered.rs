@@ -1,6 +1,6 @@
 //! Tests the receiver of frames of any length: false starts, runs of noise, buffers, and when it asks the format.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use framelock::{BufferedReceiver, Classification, DiscardReason, Format, LineEvent};
 
@@ -113,6 +113,71 @@ fn the_format_is_asked_only_when_it_has_enough_bytes() {
     assert_eq!(frames.count(), 1);
     asked.borrow_mut().dedup();
     assert_eq!(asked.into_inner(), [1, 2, 9]);
+}
+
+/// In a text that arrives byte by byte, the receiver asks the format to search each byte for the delimiter once, not all
+/// bytes again after each byte. It does not matter whether the program pushes the bytes or passes slices.
+#[test]
+fn bytes_that_were_searched_for_a_delimiter_are_not_searched_again() {
+    /// `$`, text, and a line feed. The cell counts the bytes that the format examines.
+    #[derive(Clone, Copy)]
+    struct Text<'a>(&'a Cell<usize>);
+    impl Format for Text<'_> {
+        const LONGEST: usize = 100;
+        type Message<'a> = &'a [u8];
+        fn classify(&self, bytes: &[u8]) -> Classification {
+            self.classify_after(bytes, 0)
+        }
+        fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+            self.0.set(self.0.get() + bytes.len() - seen);
+            if bytes[0] != b'$' {
+                return Classification::Rejected(DiscardReason::NoSync);
+            }
+            match bytes[seen..].iter().position(|&byte| byte == b'\n') {
+                Some(place) => Classification::Frame(seen + place + 1),
+                None => Classification::Incomplete {
+                    at_least: bytes.len() + 1,
+                },
+            }
+        }
+        fn starts(&self, byte: u8) -> bool {
+            byte == b'$'
+        }
+        fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+            frame
+        }
+    }
+    let frame = [b"$".as_slice(), &[b'x'; 98], b"\n"].concat();
+    let stream = frame.repeat(3);
+    // One byte of each frame may be examined twice, because a slice may end before any byte.
+    let most = stream.len() + 3;
+
+    let examined = Cell::new(0);
+    let mut receiver = BufferedReceiver::<_, [u8; 200]>::new(Text(&examined));
+    let pushed = stream.iter().filter(|&&byte| receiver.push(byte).is_some());
+    assert_eq!(pushed.count(), 3);
+    assert!(examined.get() <= most, "push: {}", examined.get());
+
+    for size in [1, 7, 100] {
+        examined.set(0);
+        let mut frames = 0;
+        for mut slice in stream.chunks(size) {
+            while receiver.next(&mut slice).is_some() {
+                frames += 1;
+            }
+        }
+        assert_eq!(frames, 3);
+        assert!(examined.get() <= most, "next: {}", examined.get());
+
+        examined.set(0);
+        for slice in stream.chunks(size) {
+            receiver.feed(slice, |found| {
+                frames += usize::from(found.message().is_some());
+            });
+        }
+        assert_eq!(frames, 6);
+        assert!(examined.get() <= most, "feed: {}", examined.get());
+    }
 }
 
 /// One call of `found` reports all bytes up to the next byte that may begin a frame.

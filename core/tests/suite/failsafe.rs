@@ -25,6 +25,46 @@ fn the_firmwares_bounds() {
     const { assert!(FIRMWARE.live_after() == 1_000_000 + 1_000_045) };
 }
 
+/// The axis with the longest way to park decides, whichever axis it is.
+#[test]
+fn any_axis_may_be_the_last_to_park() {
+    for park in [[255, 128, 90], [128, 0, 128], [90, 128, 255]] {
+        let parameters = FailsafeParameters { park, ..FIRMWARE };
+        let expected = FailsafeParameters {
+            park: [0; 3],
+            ..FIRMWARE
+        };
+        assert_eq!(parameters.parked_after(), expected.parked_after());
+        let farthest = park.map(|park| if park > 127 { 0 } else { 255 });
+        let mut failsafe = Failsafe::resumed(parameters, 0, farthest).expect("valid");
+        let way = parameters.parked_after() - u64::from(parameters.ramp_after);
+        let mut polls = (0_u32..).step_by(TICK as usize);
+        let parked = polls.find(|now| failsafe.poll(*now).phase == Phase::Parked);
+        let late = u64::from(parked.expect("it parks")).abs_diff(way);
+        assert!(late <= TICK.into(), "{park:?}: {late}");
+    }
+}
+
+/// The usual times are right for every clock, not only for one that counts milliseconds.
+#[test]
+fn the_usual_times_are_the_same_for_every_clock() {
+    for clock in [1_000, 1_024, 32_768, 62_500, 16_000_000] {
+        let usual = FailsafeParameters::for_clock(clock, 20 * clock / 1_000, [128; 3]);
+        for (time, tenths) in [
+            (usual.hold_after, 1),
+            (usual.ramp_after, 5),
+            (usual.approach_for, 10),
+            (usual.approach_travel, 10),
+            (usual.live_travel, 2),
+        ] {
+            // Cut off to whole ticks.
+            assert_eq!(time, clock * tenths / 10, "{clock} {tenths}");
+        }
+        assert_eq!(usual.longest_step, 2 * (20 * clock / 1_000));
+        assert_eq!(usual.check(), Ok(()), "{clock}");
+    }
+}
+
 /// A failsafe with its clock, which polls every 2 ms and checks each output against the one before.
 struct Rig {
     failsafe: Failsafe<u8, 3>,

@@ -1,6 +1,7 @@
 //! Tests the reader on `embedded-io` sources, blocking and async.
 
 use std::convert::Infallible;
+use std::future::poll_fn;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
@@ -111,4 +112,122 @@ fn frames_of_any_length_are_read() {
     assert_eq!(read(), Ok(None));
     let counters = reader.line().counters();
     assert_eq!((counters.frames, counters.discarded.total()), (4, 5 + 2));
+}
+
+/// A UART that is pending once before each read.
+struct Slow {
+    uart: Uart,
+    is_pending: bool,
+}
+
+impl ErrorType for Slow {
+    type Error = ErrorKind;
+}
+
+impl embedded_io_async::Read for Slow {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        self.is_pending = true;
+        poll_fn(|_| {
+            if std::mem::take(&mut self.is_pending) {
+                Poll::Pending
+            } else {
+                Poll::Ready(())
+            }
+        })
+        .await;
+        embedded_io::Read::read(&mut self.uart, buffer)
+    }
+}
+
+/// Reads to the end of the source. Drops the future at the pending reads whose numbers `is_dropped` selects, and calls
+/// the reader again. Returns the setpoints.
+fn read_with_dropped_futures(
+    reader: &mut Reader<Slow, Receiver<Bin>, 16>,
+    is_dropped: impl Fn(usize) -> bool,
+) -> Vec<Setpoint> {
+    let (mut setpoints, mut number) = (Vec::new(), 0);
+    loop {
+        let mut future = std::pin::pin!(reader.next_message_async());
+        let answer = loop {
+            match future
+                .as_mut()
+                .poll(&mut Context::from_waker(Waker::noop()))
+            {
+                Poll::Ready(answer) => break answer,
+                Poll::Pending => {
+                    number += 1;
+                    if is_dropped(number) {
+                        break Err(ErrorKind::Interrupted);
+                    }
+                }
+            }
+        };
+        match answer {
+            Ok(Some(setpoint)) => setpoints.push(setpoint),
+            Ok(None) => return setpoints,
+            Err(_) => {}
+        }
+    }
+}
+
+/// Whenever a future is dropped while the source is pending, no byte is lost, and no byte is parsed twice. The slices
+/// contain several frames, whole and cut.
+#[test]
+fn a_dropped_future_loses_and_doubles_nothing() {
+    let sent: Vec<Setpoint> = (0..9).map(|pitch| Setpoint { pitch, ..SETPOINT }).collect();
+    let frames: Vec<u8> = sent.iter().flat_map(|&one| Bin::encode(one)).collect();
+    let stream = [b"noise", frames.as_slice(), b"A"].concat();
+    for size in 1..=16 {
+        let pieces: Vec<_> = stream
+            .chunks(size)
+            .map(|piece| Ok(piece.to_vec()))
+            .collect();
+        // The last read returns 0.
+        let reads = pieces.len() + 1;
+        let check = |is_dropped: &dyn Fn(usize) -> bool| {
+            let uart = Slow {
+                uart: Uart(pieces.clone()),
+                is_pending: false,
+            };
+            let mut reader = Reader::new(uart, Receiver::<Bin>::new());
+            let setpoints = read_with_dropped_futures(&mut reader, is_dropped);
+            assert_eq!(setpoints, sent, "slices of {size} bytes");
+            let counters = reader.line().counters();
+            assert_eq!(
+                counters.bytes as usize,
+                stream.len(),
+                "slices of {size} bytes"
+            );
+            assert_eq!(counters.discarded.total(), 5);
+            assert_eq!(reader.line().pending(), 1);
+        };
+        check(&|_| false);
+        for dropped in 1..=reads {
+            check(&|number| number == dropped);
+        }
+        // The first future of each read is dropped.
+        check(&|number| number % 2 == 1);
+    }
+}
+
+/// A faulty driver returns a number that is greater than the buffer's size. The reader parses the whole buffer, and
+/// continues.
+#[test]
+fn a_driver_that_returns_too_great_a_number_does_no_harm() {
+    struct Faulty(usize);
+    impl ErrorType for Faulty {
+        type Error = Infallible;
+    }
+    impl embedded_io::Read for Faulty {
+        fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+            buffer[..7].copy_from_slice(&Bin::encode(SETPOINT));
+            Ok(std::mem::take(&mut self.0))
+        }
+    }
+    for count in [8, 100, usize::MAX] {
+        let mut reader = Reader::<_, _, 7>::new(Faulty(count), Receiver::<Bin>::new());
+        assert_eq!(reader.next_message(), Ok(Some(SETPOINT)));
+        assert_eq!(reader.next_message(), Ok(None));
+        assert_eq!(reader.line().counters().bytes, 7);
+    }
 }

@@ -110,7 +110,7 @@ impl Entry {
         let new = move || Framelock(BufferedReceiver::<F, [u8; N]>::new(format));
         let frames = move |stream: &[u8]| {
             let mut frames = Vec::new();
-            reference::framed(&format, stream, false, |found| {
+            reference::framed(&format, stream, None, |found| {
                 if let Found::Frame {
                     length, message, ..
                 } = found

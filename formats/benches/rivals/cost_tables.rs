@@ -5,6 +5,16 @@ use std::fmt::{self, Write};
 use std::hint::black_box;
 use std::time::Instant;
 
+use framelock::Format;
+use framelock_formats::crsf::Crsf;
+use framelock_formats::gnss::Gnss;
+use framelock_formats::ibus::Ibus;
+use framelock_formats::mavlink::{Mavlink1, Mavlink2};
+use framelock_formats::nmea::Nmea;
+use framelock_formats::rtcm::Rtcm;
+use framelock_formats::sbus::Sbus;
+use framelock_formats::ubx::Ubx;
+
 use crate::chip::Program;
 use crate::costs::{self, BYTES, Case, SKIPPED};
 use crate::{mavlink2, tables, valgrind};
@@ -45,6 +55,22 @@ streams. An interrupt handler must have time for that many cycles.
 | | | clean | | noise | | worst | | one byte |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 | | | instructions | cycles | instructions | cycles | instructions | cycles | cycles |
+";
+
+const MOST_PER_CALL: &str = "
+## The most bytes that one call examines
+
+The table shows the most bytes about which a `BufferedReceiver` asks its format in one call, whatever bytes arrive. If
+the longest frame has *n* bytes, a `push` asks about at most *n* bytes. A `poll` or a `line_event` decides about up to *n*
+− 1 pending bytes. It asks about the bytes from each pending byte to the last, so about at most *n* (*n* − 1) / 2 bytes.
+`Gnss` asks each of its three layouts. The bounds do not depend on the buffer.
+
+Only false starts that lie in one another come near these bounds. If an interrupt handler has no time for as many bytes
+as `poll` and `line_event` examine, call only `push` there, and the other two in the main loop.
+[A test](../formats/tests/suite/limits.rs) counts the bytes for CRSF and RTCM, in streams of such false starts.
+
+| | longest frame | `push` | `poll`, `line_event` |
+| --- | ---: | ---: | ---: |
 ";
 
 const HERE: &str = "
@@ -104,6 +130,7 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
         }
     }
     checks(&mut text)?;
+    most_per_call(&mut text)?;
     hostile_streams(&mut text, &cases)?;
     Ok(text)
 }
@@ -136,6 +163,27 @@ fn checks(text: &mut String) -> fmt::Result {
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]
+}
+
+/// Lists the most bytes about which one call asks a format.
+fn most_per_call(text: &mut String) -> fmt::Result {
+    text.push_str(MOST_PER_CALL);
+    let formats = [
+        ("SBUS", Sbus::LONGEST, 1),
+        ("iBUS", Ibus::LONGEST, 1),
+        ("CRSF", Crsf::LONGEST, 1),
+        ("UBX", Ubx::<106>::LONGEST, 1),
+        ("MAVLink 1", Mavlink1::LONGEST, 1),
+        ("MAVLink 2", Mavlink2::LONGEST, 1),
+        ("NMEA", Nmea::LONGEST, 1),
+        ("RTCM", Rtcm::LONGEST, 1),
+        ("`Gnss<1029>`", Gnss::<1029>::LONGEST, 3),
+    ];
+    for (name, longest, layouts) in formats {
+        let (push, all) = (layouts * longest, layouts * longest * (longest - 1) / 2);
+        writeln!(text, "| {name} | {longest} | {push} | {all} |")?;
+    }
+    Ok(())
 }
 
 fn hostile_streams(text: &mut String, cases: &[Case]) -> fmt::Result {

@@ -1,11 +1,11 @@
-//! Proves two properties of several layouts on one line: they keep the laws if each single layout keeps the laws, and
-//! the first layout that does not reject the bytes decides.
+//! Proves three properties of several layouts on one line. They keep the laws if each single layout keeps the laws. The
+//! first layout that does not reject the bytes decides. At a line event, the first layout that finds a frame decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};
 
 use super::laws::{any_some_and_more, assert_lawful};
-use crate::any_of::{AnyOf, first, kind};
+use crate::any_of::{AnyOf, first, first_before, kind};
 use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 
 /// The number of bytes in the longest frame.
@@ -96,6 +96,43 @@ fn any_of_three() {
             "a frame of the third layout, whose first byte the other layouts accept too"
         );
     }
+}
+
+/// Theorem 13f for several layouts. A line event follows `count` bytes. If one of the layouts finds a frame at their
+/// beginning, the first of these layouts decides. So no order of the layouts loses a frame, and the frame is decoded by
+/// the layout that found it. If no layout finds a frame, the bytes are rejected (law 6).
+#[kani::proof]
+#[kani::unwind(6)]
+fn any_of_three_before_an_event() {
+    let all: [Classified; 3] = core::array::from_fn(|_| Classified::any());
+    let count = any_up_to(MOST);
+    kani::assume(count >= 1);
+    let starts = |one: &Classified| one.starts;
+    let each = all.each_ref().map(|one| one.classify(count, 0));
+    // A receiver asks `classify_before` only if `classify` answers `Incomplete`.
+    let now = first(&all, 0, starts, |one, _| one.classify(count, 0));
+    let is_incomplete = matches!(now, Classification::Incomplete { .. });
+    let said = if is_incomplete {
+        first_before(&all, |one| one.classify(count, 0))
+    } else {
+        now
+    };
+    let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
+    let first_frame = each.iter().position(is_frame);
+    match first_frame {
+        Some(place) => assert!(said == each[place]),
+        None => assert!(matches!(said, Classification::Rejected(_))),
+    }
+    if let Classification::Frame(length) = said {
+        assert!(1 <= length && length <= count);
+        let is_its_frame =
+            |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
+        assert!(Some(kind(&all, starts, is_its_frame)) == first_frame);
+    }
+    kani::cover!(
+        is_incomplete && first_frame == Some(2) && starts(&all[0]) && starts(&all[1]),
+        "a frame of the third layout, for which the other layouts would have waited"
+    );
 }
 
 /// Returns a layout with these syncs of one byte each. Its other parts do not matter.

@@ -1,20 +1,21 @@
 //! Proves that no function of the formats panics.
 
-use framelock::Format;
-use framelock::any_format::part;
+use framelock::any_format::{any_up_to, part};
+use framelock::{Encode, EncodeInto, FixedFormat, Format};
 
 use super::any_layout::{Parts, any_checksum, any_number, patterns};
-use crate::crsf::Crsf;
+use crate::any_of::AnyOf;
+use crate::crsf::{self, Crsf};
 use crate::ibus::Ibus;
 use crate::layout::{
-    Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table,
+    Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table, index,
 };
-use crate::mavlink::{Mavlink1, Mavlink2};
-use crate::motion::SixAxes;
+use crate::mavlink::{self, Mavlink1, Mavlink2};
+use crate::motion::{BIN, BIN_CRC8, SixAxes, SixAxesBigEndian};
 use crate::nmea::Nmea;
-use crate::rtcm::Rtcm;
-use crate::sbus::Sbus;
-use crate::ubx::Ubx;
+use crate::rtcm::{self, Rtcm};
+use crate::sbus::{self, Sbus};
+use crate::ubx::{self, Ubx};
 
 /// Returns an arbitrary prefix of the bytes, of up to `N` bytes.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
@@ -160,7 +161,8 @@ const MESSAGES: &[KnownMessage] = &[];
 #[kani::unwind(35)]
 fn in_decoding_sbus_ibus_and_six_axes() {
     in_decoding::<_, 26>(&Sbus);
-    let _ = <SixAxes as framelock::FixedFormat>::decode(kani::any());
+    let _ = <SixAxes as FixedFormat>::decode(kani::any());
+    let _ = <SixAxesBigEndian as FixedFormat>::decode(kani::any());
     in_decoding::<_, 33>(&Ibus);
 }
 
@@ -173,4 +175,148 @@ fn in_decoding_any_lengths() {
     in_decoding::<_, 30>(&Rtcm);
     in_decoding::<_, 30>(&Mavlink1(MESSAGES));
     in_decoding::<_, 30>(&Mavlink2(MESSAGES));
+}
+
+#[kani::proof]
+#[kani::unwind(10)]
+fn in_decoding_either_layout() {
+    in_decoding::<_, 8>(&AnyOf(&[BIN, BIN_CRC8]));
+}
+
+/// Calls the functions of a layout that compute something. The others only return a field.
+#[kani::proof]
+#[kani::unwind(5)]
+fn in_asking_a_layout() {
+    let (bytes, ends, other) = kani::any::<([u8; 3], [[u8; 1]; 2], [u8; 2])>();
+    let parts = Parts::<1, 1>::any();
+    let layout = Layout {
+        terminator: patterns(&ends),
+        other_terminators: &[&other],
+        ..parts.layout()
+    };
+    let bytes = any_bytes(&bytes);
+    let _ = (layout.header(), layout.longest_without_trailer());
+    let _ = (index(kani::any(), kani::any()), layout.starts(kani::any()));
+    let _ = layout.trailer().map(|trailer| trailer.bytes_after(bytes));
+    let _ = any_checksum().encoded_bytes();
+    let length = layout.counted_length(bytes);
+    kani::cover!(length + 1 == bytes.len(), "another terminator");
+}
+
+/// The fields of messages that are computed from the payload.
+#[kani::proof]
+#[kani::unwind(32)]
+fn in_fields_of_messages() {
+    let bytes: [u8; 30] = kani::any();
+    let payload = any_bytes(&bytes);
+    let message = crsf::Message {
+        address: kani::any(),
+        kind: kani::any(),
+        payload,
+    };
+    kani::cover!(message.channels().is_some(), "channels");
+    kani::cover!(rtcm::Message { payload }.number().is_some(), "a number");
+}
+
+/// Encodes a message into a buffer of up to `N` bytes. The bytes in the buffer before the call do not matter, because
+/// `write` overwrites each byte of the frame before it reads the byte. The cover requires a frame that fills the buffer.
+fn in_encoding<F: EncodeInto, const N: usize>(format: &F, message: F::Message<'_>) {
+    let mut into = [0; N];
+    let into = into.get_mut(..any_up_to(N)).unwrap();
+    let is_full = format
+        .encode_into(message, into)
+        .is_ok_and(|frame| frame.len() == N);
+    kani::cover!(is_full, "the longest frame");
+}
+
+#[kani::proof]
+#[kani::unwind(27)]
+fn in_encoding_sbus() {
+    let message = sbus::Message {
+        channels: kani::any(),
+        digital: kani::any(),
+        frame_lost: kani::any(),
+        failsafe: kani::any(),
+    };
+    in_encoding::<_, 25>(&Sbus, message);
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn in_encoding_ibus() {
+    in_encoding::<_, 32>(&Ibus, kani::any());
+}
+
+#[kani::proof]
+#[kani::unwind(18)]
+fn in_encoding_six_axes() {
+    let axes = kani::any();
+    let frame = SixAxes::encode(axes);
+    kani::cover!(frame != SixAxesBigEndian::encode(axes), "another order");
+}
+
+#[kani::proof]
+#[kani::unwind(32)]
+fn in_encoding_crsf() {
+    let bytes: [u8; 27] = kani::any();
+    let message = crsf::Message {
+        address: kani::any(),
+        kind: kani::any(),
+        payload: any_bytes(&bytes),
+    };
+    in_encoding::<_, 30>(&Crsf, message);
+}
+
+#[kani::proof]
+#[kani::unwind(32)]
+fn in_encoding_ubx() {
+    let bytes: [u8; 23] = kani::any();
+    let message = ubx::Message {
+        class: kani::any(),
+        id: kani::any(),
+        payload: any_bytes(&bytes),
+    };
+    in_encoding::<_, 30>(&Ubx::<30>, message);
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn in_encoding_nmea() {
+    let bytes: [u8; 1] = kani::any();
+    in_encoding::<_, 7>(&Nmea, any_bytes(&bytes));
+}
+
+#[kani::proof]
+#[kani::unwind(12)]
+fn in_encoding_rtcm() {
+    let bytes: [u8; 3] = kani::any();
+    let payload = any_bytes(&bytes);
+    in_encoding::<_, 9>(&Rtcm, rtcm::Message { payload });
+}
+
+const ONE_MESSAGE: &[KnownMessage] = &[KnownMessage::with_extra(1, 7, 255)];
+
+fn any_mavlink(payload: &[u8]) -> mavlink::Message<'_> {
+    mavlink::Message {
+        sequence: kani::any(),
+        system: kani::any(),
+        component: kani::any(),
+        id: kani::any(),
+        payload,
+        signature: None,
+    }
+}
+
+#[kani::proof]
+#[kani::unwind(10)]
+fn in_encoding_mavlink1() {
+    let bytes: [u8; 2] = kani::any();
+    in_encoding::<_, 10>(&Mavlink1(ONE_MESSAGE), any_mavlink(any_bytes(&bytes)));
+}
+
+#[kani::proof]
+#[kani::unwind(16)]
+fn in_encoding_mavlink2() {
+    let bytes: [u8; 4] = kani::any();
+    in_encoding::<_, 16>(&Mavlink2(ONE_MESSAGE), any_mavlink(any_bytes(&bytes)));
 }

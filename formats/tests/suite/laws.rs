@@ -2,7 +2,7 @@
 //! followed by other bytes. Each byte of a stream is changed to every other value.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{Classification, DiscardReason, Encode as _, Format};
+use framelock::{Classification, DiscardReason, Encode as _, Format, LineEvent};
 use framelock_formats::layout::{
     ByteOrder, FixedBits, KnownMessage, Layout, Length, LengthField, Messages, Number, Patterns,
 };
@@ -120,6 +120,31 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     let broken = broken_by(&Shortened(several)).expect_err("it asks for one byte too many");
     assert_eq!((broken.law, broken.from, broken.changed), (1, 0, None));
     keeps_the_laws(&several, &[stream.clone()]);
+}
+
+/// A format that finds a frame before a line event must find it among the bytes.
+#[test]
+fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
+    /// A deliberate mistake: at a pause, the format claims the longest frame.
+    #[derive(Clone, Copy)]
+    struct Impatient;
+    impl Format for Impatient {
+        const LONGEST: usize = Ibus::LONGEST;
+        type Message<'a> = ();
+        fn classify(&self, bytes: &[u8]) -> Classification {
+            Ibus.classify(bytes)
+        }
+        fn classify_before(&self, _: &[u8], event: LineEvent) -> Classification {
+            match event {
+                LineEvent::Idle => Classification::Frame(Self::LONGEST),
+                _ => Classification::Rejected(DiscardReason::LineEvent),
+            }
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let mut stream = frame(&Ibus, [1500; 18]);
+    let broken = check_laws(&Impatient, &mut stream).expect_err("the frame is too long");
+    assert_eq!((broken.law, broken.from, broken.length), (6, 0, 1));
 }
 
 /// The check is fast enough for long frames, even without optimisation.

@@ -7,6 +7,7 @@ mod contradictions;
 mod dependency;
 mod display;
 mod laws;
+mod layouts;
 mod limits;
 mod nmea;
 mod others;

@@ -135,6 +135,12 @@ proptest! {
         receive_one::<_, 64>(Crsf, theirs.data(), |message| {
             assert_eq!(message.channels(), Some(channels));
         });
+        // Some senders append bytes, which receivers ignore. Without all channels, a frame has no known meaning.
+        let payload = [&other[3..length - 1], &[0xFF; 3]].concat();
+        for used in 0..=payload.len() {
+            let message = CrsfMessage { address: 0xC8, kind: 0x16, payload: &payload[..used] };
+            prop_assert_eq!(message.channels(), (used >= 22).then_some(channels), "{}", used);
+        }
     }
 
     /// The crate `ublox` knows no messages of this class, so it returns the payload undecoded.

@@ -140,7 +140,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     for stretch in stretches(steps, protocol) {
         begins_where_the_protocol_says(&format, protocol, &stretch);
     }
-    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0)
+    as_the_reference::<_, N>(|| Frames(format), &format, &Stream(stream), || 0)
 }
 
 /// Returns the bytes between one silence and the next, for each part of the stream.
@@ -157,7 +157,7 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
-        framed(&SixAxesByLayout, &bytes, true, |found| {
+        framed(&SixAxesByLayout, &bytes, Some(LineEvent::Idle), |found| {
             if let Found::Frame {
                 length, message, ..
             } = found

@@ -3,7 +3,9 @@
 use std::cell::Cell;
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{BufferedReceiver, Classification, Counters, DiscardReason, Format, Found, Line};
+use framelock::{
+    BufferedReceiver, Classification, Counters, DiscardReason, Format, Found, Line, LineEvent,
+};
 use framelock_proofs::reference::framed;
 
 use crate::outcome::{Counted, add, as_counter};
@@ -53,7 +55,8 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) -> Counters 
         is_lawful,
     };
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
-    as_the_reference::<_, N>(|| format(true), &input.stream, || QUESTIONS.take())
+    let by_rules = format(true);
+    as_the_reference::<_, N>(|| by_rules, &by_rules, &input.stream, || QUESTIONS.take())
 }
 
 /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
@@ -78,17 +81,23 @@ impl Findings {
     }
 }
 
-fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<usize>>, usize) {
+fn reference<F: Format>(
+    format: &F,
+    bytes: &[u8],
+    end: Option<LineEvent>,
+) -> (Vec<Found<usize>>, usize) {
     let mut findings = Findings::default();
-    let pending = framed(format, bytes, is_over, |found| add(&mut findings.0, found));
+    let pending = framed(format, bytes, end, |found| add(&mut findings.0, found));
     (findings.0, pending)
 }
 
-/// Checks that receivers of the format find and count the same as the reference. One receiver gets the slices of the
-/// stream by `feed`, and another gets every byte by `push`. `questions` returns how many classifications the receivers
-/// have asked for since the last call of `questions`, not counting calls of `starts`. Returns the counters.
+/// Checks that receivers of the format find and count the same as the reference with the format `naive`. One receiver
+/// gets the slices of the stream by `feed`, and another gets every byte by `push`. `questions` returns how many
+/// classifications the receivers have asked for since the last call of `questions`, not counting calls of `starts`.
+/// Returns the counters.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
+    naive: &impl Format,
     Stream(steps): &Stream,
     questions: impl Fn() -> usize,
 ) -> Counters
@@ -101,7 +110,7 @@ where
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
-        let (expected, pending) = reference(&format(), &bytes, false);
+        let (expected, pending) = reference(naive, &bytes, None);
 
         let mut findings = Findings::default();
         for slice in stretch.iter().map(StreamStep::bytes) {
@@ -155,7 +164,7 @@ where
         line.feed(&[], |_| ());
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
-            all = reference(&format(), &bytes, true).0;
+            all = reference(naive, &bytes, Some(*event)).0;
             fed.line_event(*event, |found| {
                 findings.receive(&bytes, found.map(|frame| frame.message()));
             });
@@ -204,6 +213,10 @@ impl<F: Format> Format for Frames<F> {
 
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         self.0.classify_after(bytes, seen)
+    }
+
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        self.0.classify_before(bytes, event)
     }
 
     fn starts(&self, byte: u8) -> bool {
@@ -352,6 +365,22 @@ impl<const LONGEST: usize> Format for Drawn<LONGEST> {
             assert!(seen < bytes.len() && matches!(before, Classification::Incomplete { .. }));
         }
         self.classify(bytes)
+    }
+
+    /// Draws a frame or a rejection, or any classification if the format does not keep the laws.
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let classification = self.classify(bytes);
+        assert!(!self.is_lawful || matches!(classification, Classification::Incomplete { .. }));
+        let other = Self {
+            seed: !self.seed ^ u32::from(event == LineEvent::Idle),
+            ..*self
+        };
+        match other.draw(bytes) {
+            Classification::Incomplete { .. } if self.is_lawful => {
+                Classification::Rejected(DiscardReason::LineEvent)
+            }
+            classification => classification,
+        }
     }
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {

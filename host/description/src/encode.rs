@@ -1,6 +1,6 @@
 //! Encodes values as a frame.
 
-use framelock::{Classification, DiscardReason, Format as _};
+use framelock::{Classification, DiscardReason};
 use serde_json::Value as Json;
 
 use crate::field::{Class, Field};
@@ -77,11 +77,10 @@ impl Description {
         // Check which kind a receiver finds in the frame. A receiver tries the kinds in order, so an earlier kind may
         // accept the frame. If the row gives the name of a kind, the receiver may also find one of the kind's views or
         // named messages.
-        let format = self.format();
         let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
         let is_it = |name: &str| wanted == name || is_whole && wanted == &*shown.name;
-        if format.classify(&frame) == Classification::Frame(frame.len())
-            && format.decode(&frame).0 == number
+        if self.is_frame(&frame)
+            && self.number(&frame) == number
             && self.name(&frame).is_some_and(is_it)
         {
             return Ok(frame);

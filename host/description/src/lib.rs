@@ -55,7 +55,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use framelock::Format as _;
+use framelock::{Classification, Format as _, LineEvent};
 use framelock_formats::{AnyOf, Layout};
 
 pub use field::{Class, Field, NumberType, Type};
@@ -123,6 +123,17 @@ impl Description {
     #[must_use]
     pub fn format(&self) -> AnyOf<'static> {
         AnyOf(self.layouts)
+    }
+
+    /// Returns whether a receiver delivers these bytes as one frame, at the latest when a pause follows them.
+    #[must_use]
+    pub fn is_frame(&self, bytes: &[u8]) -> bool {
+        let format = self.format();
+        let classification = match format.classify(bytes) {
+            Classification::Incomplete { .. } => format.classify_before(bytes, LineEvent::Idle),
+            classification => classification,
+        };
+        classification == Classification::Frame(bytes.len())
     }
 
     /// Returns the index of a frame's kind.

@@ -25,7 +25,7 @@ pub(crate) const RUST: Language = Language {
         "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super",
         "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
     ],
-    own: &["AnyOf", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification"],
+    own: &["AnyOf", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification", "LineEvent"],
     kind: camel,
     message: "Message",
     template: include_str!("../templates/module.rs.j2"),

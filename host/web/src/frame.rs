@@ -1,6 +1,5 @@
 //! The frame format of a scenario, and example frames to send.
 
-use framelock::{Classification, Format as _};
 use framelock_description::{Description, Kind, Type, shipped};
 use framelock_formats::layout::ByteOrder;
 use framelock_receiving::Protocol;
@@ -29,13 +28,11 @@ pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
 /// the format allows any value.
 pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<u8> {
     let (mut random, mut stream) = (ChaCha8Rng::seed_from_u64(seed), Vec::new());
-    let format = description.format();
     let kinds = description.kinds.iter().cycle();
     for (kind, _) in kinds.zip(0..count) {
         // Many message types have only one valid length, so try several lengths until the format accepts a frame.
         let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
-        let frame =
-            frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));
+        let frame = frames.find(|frame| description.is_frame(frame));
         stream.extend(frame.unwrap_or_default());
         // Frames of the user's own may be long, so limit the stream.
         if stream.len() > 1 << 16 {

@@ -258,7 +258,10 @@ impl Board {
             return Err(self.fault(pc));
         }
         if self.pc == LOCKED_UP {
-            return Err(Error::Lockup { pc });
+            if self.faults_stop {
+                return Err(Error::Lockup { pc });
+            }
+            self.reset_for(ResetCause::Lockup);
         }
         for (number, watch) in self.watches.iter_mut().enumerate() {
             let value = self.memory.word(watch.address).unwrap_or_default();

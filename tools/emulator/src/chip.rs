@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::clock::{Clock, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
+use crate::clock::{Clock, RESETREAS_LOCKUP, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
 use crate::error::{Access, Refusal};
 use crate::gpio::Gpio;
 use crate::memory::Memory;
@@ -28,6 +28,8 @@ pub enum ResetCause {
     Watchdog,
     /// The firmware requested the reset (AIRCR.SYSRESETREQ).
     Soft,
+    /// The core locked up, because a handler of faults itself had a fault. See [`crate::Board::let_faults_be_handled`].
+    Lockup,
     /// The supply was too low for a moment: [`crate::Board::brown_out`].
     BrownOut,
 }
@@ -38,6 +40,7 @@ impl std::fmt::Display for ResetCause {
             Self::Pin => "pin",
             Self::Watchdog => "watchdog",
             Self::Soft => "soft",
+            Self::Lockup => "lockup",
             Self::BrownOut => "brown-out",
         })
     }
@@ -67,7 +70,7 @@ impl Chip {
         }
     }
 
-    /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR survives every
+    /// Resets the chip: section "Reset behavior". A soft reset and a lockup leave the watchdog running. UICR survives every
     /// reset. RESETREAS survives every reset except a brown-out. A brown-out clears RESETREAS, as power-on does. RAM
     /// keeps its contents, but on silicon a brown-out may destroy them.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
@@ -77,9 +80,10 @@ impl Chip {
             ResetCause::Pin => old.clock.own.reset_reason | RESETREAS_PIN,
             ResetCause::Watchdog => old.clock.own.reset_reason | RESETREAS_WATCHDOG,
             ResetCause::Soft => old.clock.own.reset_reason | RESETREAS_SOFT,
+            ResetCause::Lockup => old.clock.own.reset_reason | RESETREAS_LOCKUP,
             ResetCause::BrownOut => 0,
         };
-        if cause == ResetCause::Soft {
+        if matches!(cause, ResetCause::Soft | ResetCause::Lockup) {
             new.watchdog = old.watchdog;
         }
         new.gpio.own.show(&mut self.context);
@@ -266,7 +270,7 @@ pub(crate) struct Peripherals {
     pub(crate) watchdog: Unit<Watchdog>,
     pwm: Unit<Pwm>,
     rtc: Unit<Rtc>,
-    timers: [Unit<Timer>; 5],
+    pub(crate) timers: [Unit<Timer>; 5],
     pub(crate) ppi: Unit<Ppi>,
     pub(crate) gpio: Unit<Gpio>,
 }

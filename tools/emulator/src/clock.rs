@@ -35,6 +35,7 @@ const LFRC_STARTUP: u64 = 600 * MICROSECOND;
 pub(crate) const RESETREAS_PIN: u32 = 1;
 pub(crate) const RESETREAS_WATCHDOG: u32 = 1 << 1;
 pub(crate) const RESETREAS_SOFT: u32 = 1 << 2;
+pub(crate) const RESETREAS_LOCKUP: u32 = 1 << 3;
 
 /// The high-frequency clock (the RC oscillator until the crystal runs), the low-frequency clock's
 /// start, RESETREAS, and the debug port's protection.

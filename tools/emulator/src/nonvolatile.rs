@@ -44,6 +44,8 @@ pub(crate) const UNPROTECTED: u32 = 0x5A;
 pub(crate) struct Nonvolatile {
     /// The words of UICR that have been written since they were erased.
     uicr: BTreeMap<u32, u32>,
+    /// The bits of words of UICR that can no longer be written.
+    pub(crate) broken: BTreeMap<u32, u32>,
     configuration: u32,
     cache: u32,
     /// UICR.APPROTECT at the last reset. Later changes take effect at the next reset.
@@ -94,7 +96,9 @@ impl Nonvolatile {
             }
             // In flash, writing changes bits only from 1 to 0.
             (UICR, ..=UICR_LAST) => {
-                self.uicr.insert(offset, self.word(offset) & value);
+                let broken = self.broken.get(&offset).copied().unwrap_or(0);
+                let written = self.word(offset) & (value | broken);
+                self.uicr.insert(offset, written);
             }
             (NVMC, CONFIG) if value <= WRITE_ENABLED => self.configuration = value,
             // The cache's profiling is not modelled.

@@ -49,6 +49,15 @@ impl Timer {
         }
     }
 
+    /// Moves the count and the compare registers forward by this number of counts.
+    pub(crate) fn skip(&mut self, counts: u32) {
+        let mask = self.counter.mask;
+        let all = self.registers.compare.iter_mut();
+        for count in all.chain([&mut self.counter.count]) {
+            *count = count.wrapping_add(counts) & mask;
+        }
+    }
+
     fn raise_compares(&self, count: u32, context: &mut Context) {
         for (event, compare) in (COMPARE..).step_by(4).zip(&self.registers.compare) {
             if *compare == count {

@@ -86,11 +86,25 @@ struct Property {
     #[serde(rename = "property")]
     id: String,
     description: String,
-    status: String,
+    status: Status,
     #[serde(default)]
     trace: Vec<Step>,
     #[serde(default)]
     source_location: Place,
+}
+
+/// CBMC's answer about a property. A status with another name is an error of the prover.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+enum Status {
+    /// The property holds in every execution.
+    Success,
+    /// An execution exists in which the property does not hold.
+    Failure,
+    /// CBMC has not decided the property.
+    Unknown,
+    /// CBMC could not check the property.
+    Error,
 }
 
 /// The source position of a property. For translated Rust, the position has no file, because a position in the
@@ -123,7 +137,7 @@ struct TraceValue {
 impl Property {
     /// Returns whether there is an execution in which the property does not hold.
     fn fails(&self) -> bool {
-        self.status == "FAILURE"
+        self.status == Status::Failure
     }
 
     /// Returns the description, and the position if it is in a header.
@@ -136,7 +150,7 @@ impl Property {
     }
 
     fn holds(&self) -> bool {
-        self.status == "SUCCESS"
+        self.status == Status::Success
     }
 
     /// Returns whether this property is expected to fail: a cover, or the end of the harness.
@@ -189,7 +203,9 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
         .iter()
         .filter(|one| !one.is_goal() && !one.holds())
     {
-        let verdict = if broken.id.contains(".unwind.") {
+        let verdict = if !broken.fails() {
+            Verdict::Error
+        } else if broken.id.contains(".unwind.") {
             Verdict::UnwindingTooSmall
         } else {
             Verdict::Failed
@@ -202,7 +218,9 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
             .any(|one| one.fails() && one.description == goal)
     };
     // For a harness in C, only CBMC's answer names the covers.
-    let covers = properties.iter().filter(|one| one.is_goal() && one.holds());
+    let covers = properties
+        .iter()
+        .filter(|one| one.is_goal() && !one.fails());
     for cover in covers.filter(|_| harness.language != Language::Rust) {
         if cover.description != END {
             wrong.insert((Verdict::CoverUnsatisfied, cover.says()));
@@ -246,7 +264,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn all(&self, program: String, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
-        let proof = cache.proof(&program, self.harness);
+        let proof = cache.proof(&program, &self.command(&[]), self.harness);
         if let Ok(properties) = fs::read_to_string(&proof) {
             (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
             answer.is_old = true;
@@ -298,6 +316,20 @@ impl Run<'_> {
     /// Returns the properties and whether they hold, or `None` if the time limit is reached.
     fn properties(&self, more: &[&str]) -> Result<Option<Vec<Property>>> {
         let answer = self.source.with_extension("json");
+        let mut command = self.command(more);
+        command.stdout(File::create(&answer)?).stderr(Stdio::null());
+        let left = self.limit.saturating_sub(self.start.elapsed());
+        if status_within(left, &mut command)?.is_none() {
+            return Ok(None);
+        }
+        let see = || format!("CBMC did not check the program; see {}", answer.display());
+        read(&fs::read_to_string(&answer)?)
+            .with_context(see)
+            .map(Some)
+    }
+
+    /// Returns the command that checks the program.
+    fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(&self.cbmc.program);
         command
             .arg(self.source)
@@ -310,9 +342,7 @@ impl Run<'_> {
                 "--max-field-sensitivity-array-size",
                 "1024",
             ])
-            .args(more)
-            .stdout(File::create(&answer)?)
-            .stderr(Stdio::null());
+            .args(more);
         if let Language::C { has_int16 } = self.harness.language {
             command.args(CHECKS_OF_C);
             command.args(has_int16.then_some("--16"));
@@ -320,20 +350,130 @@ impl Run<'_> {
         if let Some(unwind) = self.harness.unwind {
             command.args(["--unwind", &unwind.to_string()]);
         }
-        let left = self.limit.saturating_sub(self.start.elapsed());
-        if status_within(left, &mut command)?.is_none() {
-            return Ok(None);
+        command
+    }
+}
+
+/// Returns the properties in CBMC's answer.
+fn read(answer: &str) -> Result<Vec<Property>> {
+    let parts: Vec<Part> = serde_json::from_str(answer)?;
+    let is_error = |part: &&Part| part.message_type.as_deref() == Some("ERROR");
+    let errors = parts.iter().filter(is_error);
+    let errors: Vec<_> = errors
+        .filter_map(|part| part.message_text.clone())
+        .collect();
+    let errors = errors.join("; ");
+    let found = parts.into_iter().find_map(|part| part.result);
+    found.context(errors)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
+
+    use super::*;
+
+    fn harness(unwind: u32) -> Harness {
+        Harness {
+            name: "module::harness".to_owned(),
+            symbol: String::new(),
+            unwind: Some(unwind),
+            covers: BTreeSet::from(["a cover".to_owned()]),
+            ends_with_cover: true,
+            language: Language::Rust,
         }
-        let see = || format!("CBMC did not check the program; see {}", answer.display());
-        let parts: Vec<Part> =
-            serde_json::from_str(&fs::read_to_string(&answer)?).with_context(see)?;
-        let is_error = |part: &&Part| part.message_type.as_deref() == Some("ERROR");
-        let errors = parts.iter().filter(is_error);
-        let errors: Vec<_> = errors
-            .filter_map(|part| part.message_text.clone())
-            .collect();
-        let errors = errors.join("; ");
-        let found = parts.into_iter().find_map(|part| part.result);
-        found.context(errors).with_context(see).map(Some)
+    }
+
+    /// Returns the verdict for CBMC's answer with these statuses.
+    fn verdict([assertion, bound, cover, end]: [&str; 4]) -> Result<Verdict> {
+        let property = |id, description: &str, status| {
+            format!(r#"{{"property":"{id}","description":"{description}","status":"{status}"}}"#)
+        };
+        let properties = [
+            property("f.assertion.1", "assertion failed: true", assertion),
+            property("f.unwind.0", "unwinding assertion loop 0", bound),
+            property("f.assertion.2", &format!("{COVER}a cover"), cover),
+            property("f.assertion.3", END, end),
+        ];
+        let properties = read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(",")))?;
+        Ok(classify(&properties, &harness(1)).0)
+    }
+
+    #[test]
+    fn a_harness_is_proved_only_if_every_property_holds_and_every_goal_is_reached() {
+        const PROVED: [&str; 4] = ["SUCCESS", "SUCCESS", "FAILURE", "FAILURE"];
+        assert_eq!(verdict(PROVED).unwrap(), Verdict::Proved);
+        let wrong = [
+            (0, "FAILURE", Verdict::Failed),
+            (0, "UNKNOWN", Verdict::Error),
+            (0, "ERROR", Verdict::Error),
+            (1, "FAILURE", Verdict::UnwindingTooSmall),
+            (1, "UNKNOWN", Verdict::Error),
+            (1, "ERROR", Verdict::Error),
+            (2, "SUCCESS", Verdict::CoverUnsatisfied),
+            (2, "UNKNOWN", Verdict::CoverUnsatisfied),
+            (2, "ERROR", Verdict::CoverUnsatisfied),
+            (3, "SUCCESS", Verdict::Vacuous),
+            (3, "UNKNOWN", Verdict::Vacuous),
+            (3, "ERROR", Verdict::Vacuous),
+        ];
+        for (place, status, expected) in wrong {
+            let mut statuses = PROVED;
+            statuses[place] = status;
+            assert_eq!(verdict(statuses).unwrap(), expected, "{statuses:?}");
+        }
+        verdict(["DONE", "SUCCESS", "FAILURE", "FAILURE"]).expect_err("an unknown status");
+    }
+
+    #[test]
+    fn an_answer_without_properties_is_an_error_with_the_message_of_cbmc() {
+        let answer = r#"[{"messageType":"ERROR","messageText":"out of memory"}]"#;
+        let error = read(answer).map(|_| ()).expect_err("no properties");
+        assert_eq!(error.to_string(), "out of memory");
+    }
+
+    #[test]
+    fn a_proof_counts_only_for_the_same_program_arguments_covers_and_engine() {
+        let folder = std::env::temp_dir().join(format!("framelock-proofs-{}", std::process::id()));
+        let proof = |program: &str, says: &str, harness: &Harness| {
+            let (says, path) = (says.to_owned(), "cbmc".into());
+            let cbmc = Cbmc {
+                program: path,
+                says,
+            };
+            let cache = ProofCache::new(&folder, &cbmc, false).unwrap();
+            let run = Run {
+                cbmc: &cbmc,
+                harness,
+                source: Path::new("harness.c"),
+                limit: Duration::ZERO,
+                start: Instant::now(),
+            };
+            cache.proof(program, &run.command(&[]), harness)
+        };
+        let one = proof("program", "CBMC 6", &harness(1));
+        assert_eq!(proof("program", "CBMC 6", &harness(1)), one);
+        let with = |change: fn(&mut Harness)| {
+            let mut other = harness(1);
+            change(&mut other);
+            proof("program", "CBMC 6", &other)
+        };
+        let others = [
+            proof("another program", "CBMC 6", &harness(1)),
+            proof("program", "CBMC 7", &harness(1)),
+            proof("program", "CBMC 6", &harness(2)),
+            with(|harness| harness.unwind = None),
+            with(|harness| harness.covers.clear()),
+            with(|harness| harness.language = Language::C { has_int16: false }),
+            with(|harness| harness.language = Language::C { has_int16: true }),
+        ];
+        for (index, other) in others.iter().enumerate() {
+            assert!(*other != one && !others[..index].contains(other), "{index}");
+        }
+        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -4,6 +4,7 @@
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::Result;
 
@@ -55,11 +56,18 @@ impl ProofCache {
         self.source(harness).with_extension("milliseconds")
     }
 
-    /// Returns the path of the file that records the proof of this program. If the file exists, the program was proved;
-    /// it contains the number of properties.
-    pub(crate) fn proof(&self, program: &str, harness: &Harness) -> PathBuf {
+    /// Returns the path of the file that records the proof of this program by this command. If the file exists, the
+    /// program was proved; it contains the number of properties. Everything that decides the verdict is part of the key:
+    /// the prover and CBMC, the program, CBMC's arguments (with the bound of the loops), and the covers.
+    pub(crate) fn proof(&self, program: &str, command: &Command, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
-        (program, harness.unwind, &harness.covers, harness.language).hash(&mut hasher);
+        program.hash(&mut hasher);
+        for argument in command.get_args() {
+            argument.hash(&mut hasher);
+        }
+        for cover in &harness.covers {
+            cover.hash(&mut hasher);
+        }
         self.proofs.join(format!("{:016x}", hasher.finish()))
     }
 }

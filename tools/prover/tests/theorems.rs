@@ -1,6 +1,12 @@
 //! Checks all theorems in a test, because cargo-mutants notices a change only if a test fails.
 
 use std::process::Command;
+use std::time::Duration;
+
+use framelock_limited::Process;
+
+/// The limit for all theorems. Each harness has a limit of its own.
+const LIMIT: Duration = Duration::from_secs(4 * 3600);
 
 #[test]
 #[ignore = "needs CBMC and takes minutes: `cargo xtask mutants --by harnesses` runs it"]
@@ -14,7 +20,8 @@ fn every_theorem_is_proved() {
     let mut prover = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
     let packages = packages.iter().flat_map(|package| ["--package", package]);
     prover.args(packages).args(["--fail-fast", "--timeout=120"]);
-    let status = prover.status().expect("the prover starts");
+    let mut running = Process::start_within(LIMIT, &mut prover).expect("the prover starts");
+    let status = running.wait().expect("the prover ends");
     // Exit code 3 means that no harness fails, but some have no answer in time. Such a harness has noticed nothing.
     let is_noticed = !matches!(status.code(), Some(0 | 3));
     assert!(!is_noticed, "a harness failed: see above");

@@ -4,8 +4,13 @@
 
 use std::process::Command;
 use std::sync::Mutex;
+use std::time::Duration;
 
+use framelock_limited::run_within;
 use serde_json::Value;
+
+/// The limit for a run of the prover, which may compile the harnesses first.
+const LIMIT: Duration = Duration::from_secs(1800);
 
 fn prover(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
@@ -25,7 +30,7 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
     // Run the prover only once at a time, because all runs build and unpack into the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock();
-    let output = prover(arguments).output().expect("the prover starts");
+    let output = run_within(LIMIT, &mut prover(arguments), b"").expect("the prover starts");
     let said = String::from_utf8_lossy(&output.stderr);
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
     let answers = answer.as_array().expect("a list of answers");
@@ -37,7 +42,7 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
 }
 
 /// Harnesses, each with the expected outcome and a part of the expected message.
-const FAULTS: [(&str, &str, &str); 18] = [
+const FAULTS: [(&str, &str, &str); 20] = [
     (
         "bound_that_is_too_small",
         "unwinding_too_small",
@@ -77,6 +82,16 @@ const FAULTS: [(&str, &str, &str); 18] = [
     ("read_out_of_bounds", "failed", "dereference failure"),
     ("slice_out_of_bounds", "failed", "slice_index"),
     ("unwrap_of_nothing", "failed", "unwrap"),
+    (
+        "last_copied_byte_differs",
+        "failed",
+        "assertion failed: to[3] == before[3]",
+    ),
+    (
+        "more_bytes_are_copied_than_the_bound_allows",
+        "unwinding_too_small",
+        "unwinding assertion",
+    ),
     (
         "value_that_the_enum_does_not_have",
         "failed",

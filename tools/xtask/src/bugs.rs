@@ -1,5 +1,6 @@
 //! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. For each mistake, a file lists the
-//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing.
+//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. A sentence that can be false
+//! while every check passes is not a promise.
 
 use std::fs;
 use std::path::Path;
@@ -9,14 +10,18 @@ use serde::Deserialize;
 
 use crate::firmware::{self, test_passes};
 use crate::machine_code;
+use crate::planted::{self, Outcome, Test};
 use crate::prove::{Engine, Prover};
 use crate::stage_report::Report;
+use crate::theorems::Answer;
 use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
 /// The file with the bugs that the proofs about the receivers in C must find.
 const OF_C: &str = "c/seeded-bugs.toml";
+/// The file with mistakes that readers of the documentation planted. Each contradicts a sentence.
+const PLANTED: &str = "proofs/planted-mistakes.toml";
 /// The folders and packages that are copied for the proofs.
 const PROOFS_FOLDERS: &[&str] = &[
     "core",
@@ -60,12 +65,15 @@ pub(crate) struct Arguments {
 
 #[derive(Deserialize)]
 struct Bugs {
+    #[serde(alias = "mistake")]
     bug: Vec<Bug>,
 }
 
 /// A seeded bug: a mistake that someone might make.
 #[derive(Deserialize)]
 struct Bug {
+    /// The mistake, or the sentence that it contradicts.
+    #[serde(alias = "sentence")]
     mistake: String,
     file: String,
     /// The text to be replaced, which occurs exactly once in the file.
@@ -74,16 +82,35 @@ struct Bug {
     /// The harnesses that must fail.
     #[serde(default)]
     harnesses: Vec<String>,
+    /// True if the mistake makes a loop run too long. Then a harness may notice it by a loop's bound, and a test by a
+    /// time limit.
+    #[serde(default, alias = "endless")]
+    is_endless: bool,
     /// The harnesses that must still hold.
     #[serde(default)]
     unnoticed_by: Vec<String>,
     /// The firmware test that must fail.
     test: Option<String>,
+    /// The check of a planted mistake that must fail.
+    check: Option<Check>,
 }
 
-fn read(root: &Path, file: &str) -> Result<Bugs> {
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Check {
+    Test(Test),
+    Harness { harness: String },
+}
+
+fn read(root: &Path, file: &str) -> Result<Vec<Bug>> {
     let text = fs::read_to_string(root.join(file))?;
-    toml::from_str(&text).with_context(|| file.to_owned())
+    let mut bugs: Bugs = toml::from_str(&text).with_context(|| file.to_owned())?;
+    for bug in &mut bugs.bug {
+        if let Some(Check::Harness { harness }) = &bug.check {
+            bug.harnesses.push(harness.clone());
+        }
+    }
+    Ok(bugs.bug)
 }
 
 impl Bug {
@@ -100,6 +127,14 @@ impl Bug {
         Ok((right, wrong))
     }
 
+    /// Returns the test of a planted mistake.
+    fn planted(&self) -> Option<&Test> {
+        match &self.check {
+            Some(Check::Test(test)) => Some(test),
+            _ => None,
+        }
+    }
+
     fn is_in_c(&self) -> bool {
         self.file.starts_with("c/") || self.file.starts_with("host/generate/")
     }
@@ -108,7 +143,8 @@ impl Bug {
         let mut says = [&self.mistake, &self.file]
             .into_iter()
             .chain(&self.harnesses)
-            .chain(&self.test);
+            .chain(&self.test)
+            .chain(self.planted().map(|test| &test.name));
         if names.is_empty() {
             // Skip the bugs in machine code, which have a stage of their own.
             return self.test.as_deref() != Some(machine_code::NAME);
@@ -134,11 +170,12 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
     if with_checker {
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
-        missed.extend(unexpected(&prover, &checked, true)?);
+        missed.extend(unexpected(&prover, &checked)?);
     }
-    let bugs = read(root, PROOFS)?.bug.into_iter();
-    let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
-    let mut bugs: Vec<_> = bugs.chain(read(root, OF_C)?.bug).collect();
+    let mut bugs = Vec::new();
+    for file in [PROOFS, FIRMWARE, OF_C, PLANTED] {
+        bugs.extend(read(root, file)?);
+    }
     bugs.retain(|bug| bug.is_wanted(names));
     ensure!(
         with_checker || !bugs.is_empty(),
@@ -156,27 +193,42 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         };
         println!("\n=== {} ===", bug.mistake);
         let copies = workspace.target_directory.join("bugs");
-        let copy = copies.join(bug.test.as_ref().map_or("proofs", |_| "firmware"));
-        match bug.test {
-            Some(_) => firmware::copy(workspace, &copy)?,
-            None => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
+        let copy = match (&bug.test, bug.planted()) {
+            (Some(_), _) => copies.join("firmware"),
+            (None, Some(_)) => copies.join("whole"),
+            (None, None) => copies.join("proofs"),
+        };
+        match (&bug.test, bug.planted()) {
+            (Some(_), _) => firmware::copy(workspace, &copy)?,
+            (None, Some(_)) => planted::copy(workspace, &copy)?,
+            (None, None) => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
         }
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
         prover.target = copy.join("target");
-        let survived = match &bug.test {
-            Some(test) => {
+        let survived = match (&bug.test, bug.planted()) {
+            (Some(test), _) => {
                 let passes = match test.as_str() {
                     machine_code::NAME => machine_code::is_proved(workspace, &copy)?,
+                    firmware::CONTRADICTIONS => {
+                        firmware::accepted_contradictions(&copy)?.is_empty()
+                    }
                     test => test_passes(workspace, &copy, test)?,
                 };
                 Vec::from_iter(passes.then(|| test.clone()))
             }
-            None => unexpected(&prover, &bug.harnesses, false)?,
+            (None, Some(test)) => {
+                let outcome = test.run(&copy, planted::LIMIT)?;
+                println!("{}: {outcome:?}", test.name);
+                let is_caught =
+                    outcome == Outcome::Failed || outcome == Outcome::Hangs && bug.is_endless;
+                Vec::from_iter((!is_caught).then(|| format!("{} ({outcome:?})", test.name)))
+            }
+            (None, None) => unnoticed(&prover, &bug)?,
         };
         if !bug.unnoticed_by.is_empty() {
-            let noticed = unexpected(&prover, &bug.unnoticed_by, true)?;
+            let noticed = unexpected(&prover, &bug.unnoticed_by)?;
             ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
         }
         missed.extend(
@@ -190,18 +242,32 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     Ok(())
 }
 
-/// Returns the harnesses with an unexpected outcome. In `sound` sources, the harnesses of the module `fails` must fail,
-/// and all others must hold. In sources with a seeded bug, each harness must have the opposite outcome.
-fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
-    let mut answers = prover.check(harnesses)?;
-    for answer in &answers {
-        println!(
-            "{}: {} {:?}",
-            answer.harness, answer.verdict, answer.failures
-        );
-    }
+/// Returns the bug's harnesses that have not noticed it. Only a failed assertion counts, because it states the promise
+/// that is broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and
+/// a loop's bound counts only if the bug is about a loop that runs too long.
+fn unnoticed(prover: &Prover, bug: &Bug) -> Result<Vec<String>> {
+    // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
+    let notices = |answer: &Answer| match answer.verdict.as_str() {
+        _ if answer.harness.starts_with("fails::") => answer.is_proved(),
+        _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
+        "failed" => true,
+        "unwinding_too_small" => bug.is_endless,
+        _ => false,
+    };
+    let mut answers = checked(prover, &bug.harnesses)?;
+    answers.retain(|answer| !notices(answer));
+    let names = answers
+        .into_iter()
+        .map(|one| format!("{} ({})", one.harness, one.verdict));
+    Ok(names.collect())
+}
+
+/// Returns the harnesses with an unexpected outcome in sources without a mistake: the harnesses of the module `fails`
+/// must fail, and all others must hold.
+fn unexpected(prover: &Prover, harnesses: &[String]) -> Result<Vec<String>> {
+    let mut answers = checked(prover, harnesses)?;
     answers.retain(|answer| {
-        if answer.harness.starts_with("fails::") == sound {
+        if answer.harness.starts_with("fails::") {
             !answer.is_refuted()
         } else {
             !answer.is_proved()
@@ -210,12 +276,25 @@ fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<
     Ok(answers.into_iter().map(|answer| answer.harness).collect())
 }
 
+/// Checks the harnesses, and prints the answers.
+fn checked(prover: &Prover, harnesses: &[String]) -> Result<Vec<Answer>> {
+    let answers = prover.check(harnesses)?;
+    for answer in &answers {
+        println!(
+            "{}: {} {:?}",
+            answer.harness, answer.verdict, answer.failures
+        );
+    }
+    Ok(answers)
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{is_called, theorems};
+    use crate::theorems::{is_called, is_named, theorems};
+    use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
     static HARNESSES: LazyLock<(Vec<String>, Vec<String>)> = LazyLock::new(|| {
@@ -242,7 +321,7 @@ mod tests {
         let (theorems, checked) = &*HARNESSES;
         let proofs = read(root, PROOFS).expect("a list");
         let firmware = read(root, FIRMWARE).expect("a list");
-        for bug in proofs.bug.iter().chain(&firmware.bug) {
+        for bug in proofs.iter().chain(&firmware) {
             let (right, wrong) = bug.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", bug.mistake);
             assert_eq!(
@@ -257,9 +336,45 @@ mod tests {
             }
         }
         for harness in theorems {
-            let mut broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
+            let mut broken = proofs.iter().flat_map(|bug| &bug.harnesses);
             let is_broken = broken.any(|end| is_called(harness, end));
             assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
+        }
+    }
+
+    #[test]
+    fn every_planted_mistake_fits_the_sources_and_its_check_exists() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.root;
+        for mistake in read(root, PLANTED).expect("a list") {
+            let (right, wrong) = mistake.texts(root).expect("the text occurs once");
+            assert_ne!(right, wrong, "{}", mistake.mistake);
+            let Some(test) = mistake.planted() else {
+                let [harness] = &*mistake.harnesses else {
+                    panic!("no check: {}", mistake.mistake);
+                };
+                let all = HARNESSES.0.iter();
+                assert_eq!(
+                    all.filter(|one| is_called(one, harness)).count(),
+                    1,
+                    "{harness}"
+                );
+                continue;
+            };
+            let name = test.name.rsplit("::").next().expect("a name");
+            let package = workspace
+                .packages
+                .iter()
+                .find(|one| *one.name == test.package);
+            let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
+            let folder = package.manifest_path.parent().expect("a folder");
+            let is_there = files(folder.as_std_path())
+                .expect("files")
+                .iter()
+                .any(|path| {
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
+                });
+            assert!(is_there, "no test {name} in {}", test.package);
         }
     }
 
@@ -275,7 +390,7 @@ mod tests {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let prover = Prover::of_c(&workspace).expect("the offline prover is available");
         let harnesses = prover.list().expect("the harnesses compile");
-        let bugs = read(&workspace.root, OF_C).expect("a list").bug;
+        let bugs = read(&workspace.root, OF_C).expect("a list");
         for bug in &bugs {
             let (right, wrong) = bug.texts(&workspace.root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", bug.mistake);
@@ -296,13 +411,43 @@ mod tests {
     }
 
     #[test]
-    fn every_theorem_of_the_table_has_a_harness_and_every_harness_a_theorem() {
+    fn every_name_in_the_table_of_theorems_exists_and_every_harness_has_a_theorem() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.root;
         let (harnesses, _) = &*HARNESSES;
-        let theorems = theorems(&workspace.root).expect("a table");
+        let theorems = theorems(root).expect("a table");
+        let protocol = fs::read_to_string(root.join("docs/protocol.md")).expect("a page");
+        let folders = ["core", "formats", "firmware", "proofs"];
+        let folders = folders.map(|folder| files(&root.join(folder)).expect("files"));
         for theorem in &theorems {
-            let is_shown = harnesses.iter().any(|one| theorem.is_shown_by(one));
-            assert!(is_shown, "no harness: {}", theorem.title);
+            let title = &theorem.title;
+            assert!(!theorem.names.is_empty(), "no harness: {title}");
+            for name in &theorem.names {
+                let is_known = harnesses.iter().any(|harness| is_named(harness, name));
+                assert!(is_known, "no harness or module is called {name}: {title}");
+            }
+            let [clauses, tests, oracles] = &theorem.others;
+            for clause in clauses.iter().filter(|&clause| clause != "none") {
+                assert!(
+                    protocol.contains(&format!("**{clause}")),
+                    "no clause {clause}: {title}"
+                );
+            }
+            assert!(!tests.is_empty(), "no test: {title}");
+            for test in tests {
+                let (file, name) = test.split_once("::").unwrap_or((test, ""));
+                let mut files = folders.iter().flatten().filter(|path| path.ends_with(file));
+                let is_known = files.any(|path| {
+                    let text = fs::read_to_string(path).expect("text");
+                    text.contains("#[test]") && text.contains(&format!("    fn {name}()"))
+                        || text.contains(&format!("#[test]\nfn {name}"))
+                });
+                assert!(is_known, "no test {test}: {title}");
+            }
+            for oracle in oracles {
+                let target = root.join(format!("fuzz/fuzz_targets/{oracle}.rs"));
+                assert!(target.exists(), "no fuzz target {oracle}: {title}");
+            }
         }
         for harness in harnesses {
             let has_one = theorems.iter().any(|theorem| theorem.is_shown_by(harness));

@@ -187,3 +187,47 @@ fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
     end();
     Ok(lines)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the verdict about a harness for which Kani prints these lines.
+    fn verdict(lines: &[&str]) -> String {
+        let lines = ["Thread 1: Checking harness module::harness..."]
+            .iter()
+            .chain(lines);
+        let lines: Vec<String> = lines.map(|&line| line.to_owned()).collect();
+        let answers = answers(&lines);
+        answers
+            .get("module::harness")
+            .map_or_else(String::new, |one| one.verdict.clone())
+    }
+
+    #[test]
+    fn a_harness_is_proved_only_if_everything_that_kani_prints_says_so() {
+        const PROVED: [&str; 2] = [
+            "Thread 1:  ** 2 of 2 cover properties satisfied",
+            "VERIFICATION:- SUCCESSFUL",
+        ];
+        let after = |line| verdict(&[&[line][..], &PROVED].concat());
+        assert_eq!(verdict(&PROVED), "proved");
+        assert_eq!(after("Failed Checks: assertion failed: true"), "failed");
+        assert_eq!(
+            after("Failed Checks: unwinding assertion loop 0"),
+            "unwinding_too_small"
+        );
+        assert_eq!(
+            after("** 1 of 2 cover properties satisfied"),
+            "cover_unsatisfied"
+        );
+        assert_eq!(
+            after("CBMC timed out. You may want to rerun"),
+            "no_answer_in_time"
+        );
+        assert_eq!(after("CBMC failed with status 6"), "error");
+        assert_eq!(after("** 0 of 9 failed (9 undetermined)"), "error");
+        assert_eq!(verdict(&["VERIFICATION:- FAILED"]), "");
+        assert_eq!(verdict(&[]), "", "`check` makes this an error");
+    }
+}

@@ -12,7 +12,7 @@ mod install;
 mod kani;
 mod machine_code;
 mod mutants;
-mod passed_before;
+mod planted;
 mod prove;
 mod published;
 mod release;

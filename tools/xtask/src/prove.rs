@@ -8,10 +8,9 @@ use clap::ValueEnum;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
-use crate::passed_before::must_repeat;
 use crate::stage_report::{Report, run_tests};
 use crate::theorems::{Answer, Harness, theorems};
-use crate::workspace::{Workspace, cargo_in};
+use crate::workspace::{Workspace, cargo_in, must_repeat};
 
 /// The packages that contain the theorems.
 pub(crate) const THEOREMS: &[&str] = &[

@@ -51,7 +51,7 @@ pub(crate) struct TestCount {
 impl TestCount {
     /// Counts the tests in a line such as `running 5 tests` or `test result: ok. 5 passed; 0
     /// failed; …`.
-    fn of_line(line: &str) -> Self {
+    pub(crate) fn of_line(line: &str) -> Self {
         let words: Vec<&str> = line.split([' ', ';']).collect();
         let number_before = |label| {
             let at = words.iter().position(|word| *word == label)?;

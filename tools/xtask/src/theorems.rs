@@ -12,7 +12,10 @@ pub(crate) struct Theorem {
     /// The theorem's number, and its statement up to the first colon, full stop or semicolon.
     pub(crate) title: String,
     /// The names in the row: harnesses, or modules of harnesses.
-    names: Vec<String>,
+    pub(crate) names: Vec<String>,
+    /// The clauses of the protocol, the tests and the fuzz oracles in the row.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test checks that they exist"))]
+    pub(crate) others: [Vec<String>; 3],
 }
 
 /// Returns all rows about harnesses.
@@ -23,13 +26,21 @@ pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
     let rows = rows.filter(|row| row.starts_with(|first: char| first.is_ascii_digit()));
     let theorem = |row: &str| {
         let mut columns = row.split(" | ");
-        let (number, statement) = (columns.next()?, columns.next()?);
-        let harnesses = columns.nth(1)?;
+        let (number, statement, clauses) = (columns.next()?, columns.next()?, columns.next()?);
+        let (harnesses, tests, oracles) = (columns.next()?, columns.next()?, columns.next()?);
         let statement = statement.split([':', '.', ';']).next()?;
-        let names = harnesses.split('`').skip(1).step_by(2);
+        let quoted = |column: &str| {
+            let names = column.split('`').skip(1).step_by(2);
+            names.map(str::to_owned).collect()
+        };
         Some(Theorem {
             title: format!("{number:<4} {statement}"),
-            names: names.map(str::to_owned).collect(),
+            names: quoted(harnesses),
+            others: [
+                clauses.split(", ").map(str::to_owned).collect(),
+                quoted(tests),
+                quoted(oracles),
+            ],
         })
     };
     rows.map(|row| theorem(row).with_context(|| format!("not a theorem's row: {row}")))
@@ -39,11 +50,13 @@ pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
 impl Theorem {
     /// Returns whether the row names this harness or a module that contains it.
     pub(crate) fn is_shown_by(&self, harness: &str) -> bool {
-        let mut names = self.names.iter();
-        names.any(|name| {
-            is_called(harness, name) || format!("::{harness}").contains(&format!("::{name}::"))
-        })
+        self.names.iter().any(|name| is_named(harness, name))
     }
+}
+
+/// Returns whether this is the name of the harness or of a module that contains it.
+pub(crate) fn is_named(harness: &str, name: &str) -> bool {
+    is_called(harness, name) || format!("::{harness}").contains(&format!("::{name}::"))
 }
 
 /// Returns whether a harness has this name, with or without its modules.

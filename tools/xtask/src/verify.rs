@@ -66,7 +66,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,
         checks: "the offline prover refutes what must fail, and leaves no process running" },
     Stage { name: "bugs", when: Nightly, run: bugs::stage,
-        checks: "seeded bugs break every harness and every rule of the firmware" },
+        checks: "seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks" },
     Stage { name: machine_code::NAME, when: Nightly, run: machine_code::stage,
         checks: "the receiver's step is proved in the machine code of the images, and seeded bugs in it are noticed" },
     Stage { name: "fuzz", when: Nightly, run: fuzz::stage,

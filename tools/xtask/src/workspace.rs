@@ -28,6 +28,9 @@ pub(crate) struct Workspace {
     pub(crate) version: String,
     /// The core's optional features.
     pub(crate) core_features: Vec<String>,
+    /// All packages.
+    #[cfg(test)]
+    pub(crate) packages: Vec<Package>,
     /// The packages whose manifests do not contain `publish = false`.
     pub(crate) published: Vec<Package>,
     /// The baseline commit. The public interface must stay compatible with the interface at this commit.
@@ -46,11 +49,13 @@ impl Workspace {
         let baseline = metadata.workspace_metadata.get("semver-baseline");
         let version = core.version.to_string();
         let core_features = core.features.keys().cloned().collect();
-        let mut published = metadata.packages;
+        let mut published = metadata.packages.clone();
         published.retain(|package| package.publish.is_none());
         Ok(Self {
             version,
             core_features,
+            #[cfg(test)]
+            packages: metadata.packages,
             published,
             semver_baseline: baseline
                 .and_then(serde_json::Value::as_str)
@@ -113,17 +118,27 @@ pub(crate) fn cargo_in(folder: &Path) -> Command {
     command
 }
 
-/// Copies a folder. Leaves identical files alone, so that they are not compiled again.
 fn copy_folder(from: &Path, to: &Path) -> Result<()> {
     for path in files(from)? {
-        let copy = to.join(path.strip_prefix(from)?);
-        let content = fs::read(&path)?;
-        if !fs::read(&copy).is_ok_and(|old| old == content) {
-            fs::create_dir_all(copy.parent().context("a file is in a folder")?)?;
-            fs::write(&copy, content)?;
-        }
+        copy_file(&path, &to.join(path.strip_prefix(from)?))?;
     }
     Ok(())
+}
+
+/// Copies a file. Leaves an identical file alone, so that it is not compiled again.
+pub(crate) fn copy_file(from: &Path, to: &Path) -> Result<()> {
+    let content = fs::read(from)?;
+    if !fs::read(to).is_ok_and(|old| old == content) {
+        fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
+        fs::write(to, content)?;
+    }
+    Ok(())
+}
+
+/// Returns whether every proof must be repeated, even if nothing has changed. Hosted machines set `CI`, and keep the build
+/// folder between runs.
+pub(crate) fn must_repeat() -> bool {
+    env::var_os("CI").is_some()
 }
 
 /// Returns all files in the folder and in its subfolders except `target`, in a fixed order.

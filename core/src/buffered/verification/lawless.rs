@@ -80,7 +80,7 @@ fn what_is_left_is_found() {
 /// `decide` decides about at least one byte, or demands at least one more byte. With `LONGEST` bytes pending it always
 /// decides.
 fn something_is_decided<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
@@ -113,7 +113,7 @@ for_longest!(decide, something_is_decided);
 
 /// `push` loses no byte. Afterwards the new byte, and each byte that was pending, is either in an event or pending.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let mut placed = 0;
@@ -131,7 +131,7 @@ for_longest!(push, pushed_byte_is_placed: of_1 1 2 3 of_3 3 5 6 of_5 5 5 6);
 
 /// `take` puts the first bytes of the slice into one event, or leaves the whole slice pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), 0);
     let mut bytes = [0; N];
     let mut place = 0;

@@ -1,13 +1,16 @@
 //! 13c: `push` as a whole, from any state.
 
+use core::cell::Cell;
+
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
-use crate::{Classification, DiscardReason, Found};
+use crate::any_format::any_up_to;
+use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found};
 
 /// `push` asks the format at most once, which [`Any`] asserts. It first drops the pending bytes before the first one
 /// that starts a frame. Then it delivers the frame that begins with this byte, or drops the byte, or waits. If `push`
 /// has no event, the reference waits, too.
 fn one_question_at_most<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let is_due = receiver.ask_at <= end;
@@ -50,7 +53,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     }
     let mut committed = None;
     if is_due && first < end {
-        assert!(receiver.format.asked.get() == Some((first, end - first)));
+        assert!(receiver.format.asked.now.get() == Some((first, end - first)));
         match settled {
             Some(Classification::Rejected(why)) => {
                 expected[usize::from(run > 0)] = Some((1, why));
@@ -65,7 +68,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
             _ => {}
         }
     } else {
-        assert!(receiver.format.asked.get().is_none());
+        assert!(receiver.format.asked.now.get().is_none());
     }
     assert!(drops == expected && frame == committed);
     assert!(end - start < L && fits(&receiver, start, end - start, settled_at));
@@ -76,3 +79,46 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     kani::cover!(frame == Some(L), "the longest frame");
 }
 for_longest!(push, one_question_at_most: of_1 1 2 3 of_3 3 5 6 of_5 5 5 6);
+
+/// A format that searches for a delimiter and does not find it. It counts the bytes that it examines.
+#[derive(Clone, Copy)]
+struct Searching<'a>(&'a Cell<usize>);
+
+impl Format for Searching<'_> {
+    const LONGEST: usize = 8;
+    type Message<'a> = ();
+
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
+    }
+
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.0.set(self.0.get() + bytes.len() - seen);
+        Classification::Incomplete {
+            at_least: bytes.len() + 1,
+        }
+    }
+
+    fn starts(&self, _: u8) -> bool {
+        true
+    }
+
+    fn decode(&self, _: &[u8]) {}
+}
+
+/// A format that searches for a delimiter examines each byte once, because the receiver says which bytes it has already
+/// examined.
+#[kani::proof]
+#[kani::unwind(8)]
+fn each_byte_is_searched_once() {
+    let examined = Cell::new(0);
+    let mut receiver = BufferedReceiver::<_, [u8; 8]>::new(Searching(&examined));
+    let count = any_up_to(7);
+    let mut pushed = 0;
+    while pushed < count {
+        assert!(receiver.push(kani::any()).is_none());
+        pushed += 1;
+        assert!(examined.get() == pushed);
+    }
+    kani::cover!(count == 7, "seven bytes");
+}

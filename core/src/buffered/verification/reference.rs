@@ -4,7 +4,7 @@
 //! [`Row`]. Together, the rows stand for any lawful format on any stream.
 
 use super::byte;
-use crate::any_format::{Row, any_up_to, part};
+use crate::any_format::{Row, any_before, any_up_to, part};
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, LineEvent};
 
 /// The event at each place: none, a frame with its length, or a drop with its reason.
@@ -31,16 +31,35 @@ impl<const P: usize> Log<P> {
     }
 }
 
+/// The format's answers at a line event. The entry at index `p` is about the bytes from place `p` to the end, if these
+/// bytes are incomplete.
+type Before<const P: usize> = [Classification; P];
+
+/// Returns the final classification of the bytes from `place` to `end`; `None` if the reference waits for more bytes.
+/// `before` is `None` if no line event follows the bytes.
+fn classified<const L: usize, const P: usize>(
+    rows: &[Row; P],
+    before: Option<&Before<P>>,
+    place: usize,
+    end: usize,
+) -> Option<Classification> {
+    let settled = rows[place].settled((end - place).min(L));
+    settled.or(before.map(|before| before[place]))
+}
+
 /// Runs the naive reference on the places before `end`.
-fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: bool) -> Log<P> {
+fn events<const L: usize, const P: usize>(
+    rows: &[Row; P],
+    before: Option<&Before<P>>,
+    end: usize,
+) -> Log<P> {
     let mut log = Log::NEW;
     let mut place = 0;
     while place < P {
         if place == log.next && place < end {
-            match rows[place].settled((end - place).min(L)) {
+            match classified::<L, P>(rows, before, place, end) {
                 Some(Classification::Frame(length)) => log.frame(length),
                 Some(Classification::Rejected(why)) => log.drop(why),
-                _ if is_over => log.drop(DiscardReason::LineEvent),
                 _ => {}
             }
         }
@@ -49,7 +68,9 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
     log
 }
 
-/// 13d and 13e, for the reference. For each frame in the stream, one of three things holds:
+/// 13d to 13f, for the reference. A frame is in the stream if the format recognises it in the bytes from its first
+/// place on. At a line event this includes the frames that only `classify_before` recognises. For each frame in the
+/// stream, one of three things holds:
 ///
 /// * The frame is delivered.
 /// * A delivered frame begins earlier and shares bytes with the frame.
@@ -58,13 +79,15 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
 fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));
     let (end, at) = (any_up_to(P), any_up_to(P - 1));
-    let is_over: bool = kani::any();
     kani::assume(at < end);
-    let frame = rows[at].settled((end - at).min(L));
+    let before: Before<P> =
+        core::array::from_fn(|place| any_before(end.saturating_sub(place).max(1)));
+    let before = kani::any::<bool>().then_some(&before);
+    let frame = classified::<L, P>(&rows, before, at, end);
     let Some(Classification::Frame(length)) = frame else {
         return;
     };
-    let log = events::<L, P>(&rows, end, is_over);
+    let log = events::<L, P>(&rows, before, end);
     let is_committed = log.events[at] == frame;
     let mut is_overlapped = false;
     let mut place = 0;
@@ -74,7 +97,7 @@ fn no_frame_is_passed_over<const L: usize, const P: usize>() {
         }
         place += 1;
     }
-    let waits = !is_over && log.next < at;
+    let waits = before.is_none() && log.next < at;
     assert!(is_committed || is_overlapped || waits);
     assert!(!(is_committed && is_overlapped));
     // The number of received bytes after the frame.
@@ -82,6 +105,10 @@ fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     assert!(!waits || behind + 1 + length < L);
     kani::cover!(waits && behind + 2 + length == L, "as late as can be");
     kani::cover!(is_overlapped, "a frame is lost under another");
+    kani::cover!(
+        is_committed && rows[at].settled((end - at).min(L)).is_none(),
+        "a frame that the format recognises only at a line event"
+    );
 }
 
 #[kani::proof]

@@ -8,7 +8,7 @@ use crate::{Classification, DiscardReason, Found};
 /// `decide` delivers the frame at the first pending place, or drops the place with the reference's reason, or waits for
 /// more bytes.
 fn first_place_is_decided<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
@@ -22,7 +22,7 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
         }
     });
     let row = receiver.format.row.unwrap();
-    let asked = receiver.format.asked.get();
+    let asked = receiver.format.asked.now.get();
     if pending == 0 {
         assert!(asked.is_none() && discarded.is_none() && matches!(decision, Decision::Waiting));
         assert!(fits(&receiver, 0, 0, 1));
@@ -59,7 +59,7 @@ for_longest!(decide, first_place_is_decided);
 
 /// `discard_what_starts_nothing` drops the pending places before the first one that starts a frame.
 fn starts_are_found<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
     let first = receiver.format.first_start(from, to, L);
@@ -91,7 +91,7 @@ for_longest!(starts, starts_are_found);
 /// receiver asks the format again. `next` stores the bytes that the receiver waits for, or one byte if it waits for
 /// none, and leaves the rest of the slice.
 fn bytes_are_stored<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to) = (receiver.from, receiver.to);
     let waits_for = receiver.ask_at.saturating_sub(from);
@@ -137,7 +137,7 @@ fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
 /// frame, delivers the frame at the first place, drops the first place, or stores the whole slice and waits for more
 /// bytes.
 fn slice_is_taken<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), 0);
     let bytes = places::<N>(0);
     let length = any_up_to(N);
@@ -175,7 +175,7 @@ fn slice_is_taken<const L: usize, const N: usize>() {
         assert!(receiver.ask_at > receiver.to);
         assert!(fits(&receiver, 0, length, row.settled_at));
     }
-    let asked = receiver.format.asked.get();
+    let asked = receiver.format.asked.now.get();
     assert!(asked == (first == 0).then_some((0, known)));
     kani::cover!(L == 1 || receiver.pending() > 0, "the receiver waits");
     kani::cover!(decided == L && first == 0, "the longest frame");
@@ -184,7 +184,7 @@ for_longest!(take, slice_is_taken);
 
 /// `give_back` returns all pending bytes to the slice, or none.
 fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
-    let asked = Asked::new(None);
+    let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
     // The receiver has taken the first `taken` bytes of the slice. These bytes are still pending, or have been decided.

@@ -3,11 +3,12 @@
 use std::fs::{self, File};
 use std::io::{Read, Write as _};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
+use framelock_limited::{Process, RunToEnd as _};
 use rustix::termios::{Termios, tcgetattr};
 
-use crate::pseudo_terminal::terminal;
+use crate::pseudo_terminal::{is_ready, terminal};
 
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_framelock");
 
@@ -25,7 +26,7 @@ pub(crate) struct AtTerminal {
     user: File,
     near_end: File,
     settings: Termios,
-    child: Child,
+    child: Process,
     seen: String,
 }
 
@@ -47,7 +48,8 @@ impl AtTerminal {
     ) -> Self {
         let (user, near_end) = terminal(80, 24);
         let stream = || Stdio::from(near_end.try_clone().unwrap());
-        let child = Command::new("setsid")
+        let mut command_with_terminal = Command::new("setsid");
+        command_with_terminal
             .args(setsid)
             .args(["sh", "-c", &format!("exec \"$0\" \"$@\" {redirected}")])
             .args(command)
@@ -55,8 +57,8 @@ impl AtTerminal {
             .env("TERM", "xterm-256color")
             .stdin(stream())
             .stdout(stream())
-            .stderr(stream())
-            .spawn();
+            .stderr(stream());
+        let child = Process::start(&mut command_with_terminal);
         Self {
             user,
             settings: tcgetattr(&near_end).unwrap(),
@@ -71,10 +73,13 @@ impl AtTerminal {
         Self::start(&CONTROLLING, &command, redirected, directory)
     }
 
-    /// Reads the screen until the text appears, without a time limit. Returns all output so far.
+    /// Reads the screen until the text appears. Returns all output so far. Fails if no output comes for a minute: the
+    /// test holds the terminal open, so the end of the program does not end the output.
     pub(crate) fn wait_for(&mut self, text: &str) -> String {
         while !self.seen.contains(text) {
             let mut bytes = [0; 4096];
+            let is_ready = is_ready(&self.user);
+            assert!(is_ready, "{text:?} does not appear in {:?}", self.seen);
             let length = self.user.read(&mut bytes).unwrap();
             assert_ne!(length, 0);
             self.seen += &String::from_utf8_lossy(&bytes[..length]);
@@ -111,7 +116,7 @@ impl AtTerminal {
         let children = format!("/proc/{id}/task/{id}/children");
         let children = fs::read_to_string(children).unwrap_or_default();
         let program = children.split_whitespace().next().unwrap_or(&id);
-        let kill = Command::new("kill").args([name, program]).status();
-        assert!(kill.unwrap().success());
+        let kill = Command::new("kill").args([name, program]).run_to_end(b"");
+        assert!(kill.unwrap().status.success());
     }
 }

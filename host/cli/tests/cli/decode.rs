@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::process::{CLEAN, complaint, run, shown, signal, start};
+use crate::process::{CLEAN, complaint, described, run, shown, signal, start, written};
 
 #[test]
 fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
@@ -117,18 +117,55 @@ fn after_a_pause_whole_frames_that_follow_a_false_start_are_delivered() {
     assert!(child.wait().unwrap().success());
 }
 
+/// Two kinds of frames that begin with the same byte. The first kind is longer.
+const KINDS: &str = "
+sync = 'AA'
+checksum = { name = 'sum', type = 'u8', at = -1 }
+[[kinds]]
+name = 'long'
+length = 6
+[[kinds]]
+name = 'short'
+length = 4
+fields = [ { name = 'a', at = 1, type = 'u8' }, { name = 'b', at = 2, type = 'u8' } ]
+";
+
+#[test]
+fn frames_of_a_later_kind_are_delivered_after_each_pause_and_at_the_end() {
+    let (_folder, kinds) = described(KINDS);
+    let mut child = start(&["decode", &kinds, "--idle-gap=20", "--format=csv"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    for offset in [3, 7, 11] {
+        input.write_all(b"\xAA\x01\x02\xAD").unwrap();
+        // The row arrives while the input is still open.
+        let mut row = rows.next().unwrap().unwrap();
+        if row == "offset,length,kind,a,b" {
+            row = rows.next().unwrap().unwrap();
+        }
+        assert_eq!(row, format!("{offset},4,short,1,2"));
+    }
+    drop(input);
+    assert!(child.wait().unwrap().success());
+    let at_end = shown(&["decode", &kinds, "--format=csv"], b"\xAA\x01\x02\xAD");
+    assert_eq!(at_end, "offset,length,kind,a,b\n3,4,short,1,2\n");
+    let made = written(&["encode", &kinds], at_end);
+    assert_eq!(made, b"\xAA\x01\x02\xAD");
+}
+
 #[cfg(target_os = "linux")]
 mod at_a_serial_port {
     use std::fs::{self, File};
     use std::io::{BufRead, BufReader, Read, Write};
     use std::os::unix::fs::symlink;
-    use std::process::{Child, ChildStdout};
+    use std::process::ChildStdout;
 
+    use framelock_limited::Process;
     use rustix::io::ioctl_fionread;
     use rustix::termios::{ControlModes, tcgetattr};
 
     use crate::process::{CLEAN, complaint, feed, signal, start};
-    use crate::pseudo_terminal::line;
+    use crate::pseudo_terminal::{line, read_exactly};
 
     /// A decoder that has already printed the header and a frame.
     struct Decoding {
@@ -136,7 +173,7 @@ mod at_a_serial_port {
         /// The test keeps this end open, because the pseudo-terminal would otherwise count as disconnected.
         near_end: File,
         port: String,
-        child: Child,
+        child: Process,
         output: BufReader<ChildStdout>,
     }
 
@@ -271,7 +308,7 @@ mod at_a_serial_port {
             );
             symlink(&port, &name).unwrap();
             if arguments[0] == "send" {
-                far_end.read_exact(&mut [0; 7]).unwrap();
+                read_exactly(&mut far_end, &mut [0; 7]);
             } else {
                 let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
                 assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");

@@ -83,12 +83,14 @@ fn frames_are_written_before_the_rows_end() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_terminal_gets_frames_only_if_it_is_named() {
+    use framelock_limited::Process;
+
     use crate::process::{complaint, feed, framelock};
     use crate::pseudo_terminal::terminal;
 
     for (arguments, code) in [(&["encode"][..], 2), (&["encode", "--output=-"], 0)] {
         let (_user, near_end) = terminal(80, 24);
-        let child = framelock(arguments).stdout(near_end).spawn().unwrap();
+        let child = Process::start(framelock(arguments).stdout(near_end)).unwrap();
         let output = feed(child, b"1,2,3\n");
         assert_eq!(output.status.code(), Some(code), "{output:?}");
         if code == 2 {
@@ -99,7 +101,8 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
     let (_user, near_end) = terminal(80, 24);
     let mut command = framelock(&["encode"]);
     let stream = near_end.try_clone().unwrap();
-    let output = command.stdin(stream).stdout(near_end).output().unwrap();
+    let child = Process::start(command.stdin(stream).stdout(near_end)).unwrap();
+    let output = child.wait_with_output().unwrap();
     assert_eq!(complaint(output).lines().count(), 1);
 }
 

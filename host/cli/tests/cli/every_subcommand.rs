@@ -4,6 +4,7 @@ use std::fs::File;
 use std::process::Stdio;
 
 use crate::process::{CLEAN, complaint, feed, framelock, run, shown, start, text};
+use framelock_limited::Process;
 
 const SUBCOMMANDS: [&str; 8] = [
     "decode", "trace", "encode", "generate", "demo", "send", "monitor", "simulate",
@@ -13,7 +14,7 @@ const SUBCOMMANDS: [&str; 8] = [
 fn help_begins_with_the_demo_and_is_a_page_on_a_terminal_of_eighty_columns() {
     let help = |arguments: &[&str]| {
         let mut command = framelock(arguments);
-        let child = command.env("COLUMNS", "80").spawn().unwrap();
+        let child = Process::start(command.env("COLUMNS", "80")).unwrap();
         let help = text(feed(child, b"").stdout);
         let usage = help.lines().filter(|line| !line.starts_with("Usage: "));
         assert!(usage.clone().all(|line| line.len() <= 80), "{help}");
@@ -142,7 +143,7 @@ fn a_full_disk_is_reported() {
         (&["encode"], b"1,2,3\n", "standard output"),
         (&["encode", "--output=/dev/full"], b"1,2,3\n", "/dev/full"),
     ] {
-        let child = framelock(arguments).stdout(Stdio::from(full())).spawn();
+        let child = Process::start(framelock(arguments).stdout(Stdio::from(full())));
         let told = complaint(feed(child.unwrap(), input));
         let start = format!("framelock: cannot write to {named}: ");
         assert!(

@@ -5,14 +5,16 @@ use std::fs::{self, File};
 use std::io::{Read, Write as _};
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use framelock_host::screen::Screen;
 use rustix::termios::{InputModes, tcgetattr};
 
+use framelock_limited::{LIMIT, RunToEnd as _};
+
 use crate::at_terminal::{AtTerminal, CONTROLLING, ENTER, PROGRAM};
 use crate::process::{CLEAN, framelock, text};
-use crate::pseudo_terminal::line;
+use crate::pseudo_terminal::{is_ready, line};
 
 /// Returns a monitor, after it has received a frame. Also returns the line's far end and near end, and the port's name.
 fn watching(directory: &Path, arguments: &[&str]) -> (AtTerminal, File, File, String) {
@@ -176,16 +178,18 @@ fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
     );
 }
 
-/// Waits until the file has this length, without a time limit.
+/// Waits until the file has this length.
 fn wait_for_length(path: &Path, length: u64) {
+    let began = Instant::now();
     while fs::metadata(path).map_or(0, |data| data.len()) < length {
+        assert!(began.elapsed() < LIMIT, "{} stays short", path.display());
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
 /// Runs `framelock`, which must succeed, and returns its standard output.
 fn shown(arguments: &[&str], directory: &Path) -> String {
-    let output = framelock(arguments).current_dir(directory).output();
+    let output = framelock(arguments).current_dir(directory).run_to_end(b"");
     let output = output.unwrap();
     assert!(output.status.success(), "{output:?}");
     text(output.stdout)
@@ -209,6 +213,7 @@ fn sent_frames_are_watched_and_recorded_over_a_serial_line() {
         let mut bytes = [0; 512];
         let mut carried = 0;
         while carried < 7 * 256 {
+            assert!(is_ready(&from), "{carried} bytes carried");
             let length = from.read(&mut bytes).unwrap();
             to.write_all(&bytes[..length]).unwrap();
             carried += length;

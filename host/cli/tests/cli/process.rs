@@ -1,11 +1,11 @@
 //! Runs `framelock` as a process.
 
 use std::fs;
-use std::io::Write;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use framelock::motion::Setpoint;
 use framelock::{Line, Parser};
+use framelock_limited::{Process, RunToEnd as _};
 
 /// The lecture's first example.
 pub(crate) const CLEAN: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
@@ -21,18 +21,14 @@ pub(crate) fn framelock(arguments: &[&str]) -> Command {
     command
 }
 
-pub(crate) fn start(arguments: &[&str]) -> Child {
-    framelock(arguments).spawn().unwrap()
+/// Starts the program. It is killed at the time limit, or with the test.
+pub(crate) fn start(arguments: &[&str]) -> Process {
+    Process::start(&mut framelock(arguments)).unwrap()
 }
 
 /// Writes the input to the process, and waits for its end.
-pub(crate) fn feed(mut child: Child, input: &[u8]) -> Output {
-    let mut stdin = child.stdin.take().unwrap();
-    std::thread::scope(|scope| {
-        // The process may end before it has read everything.
-        scope.spawn(move || stdin.write_all(input));
-        child.wait_with_output().unwrap()
-    })
+pub(crate) fn feed(child: Process, input: &[u8]) -> Output {
+    child.feed(input).unwrap()
 }
 
 pub(crate) fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
@@ -63,10 +59,13 @@ pub(crate) fn text(bytes: Vec<u8>) -> String {
 }
 
 /// Sends the process a signal, such as `-INT`.
-pub(crate) fn signal(child: &Child, name: &str) {
+pub(crate) fn signal(child: &Process, name: &str) {
     let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).status().unwrap();
-    assert!(kill.success());
+    let kill = Command::new("kill")
+        .args([name, &id])
+        .run_to_end(b"")
+        .unwrap();
+    assert!(kill.status.success());
 }
 
 /// Returns the setpoints of a stream in which every byte must be part of a frame.

@@ -26,18 +26,22 @@ pub(crate) fn line() -> (File, File, String) {
     (far_end.into(), near_end, name)
 }
 
-/// Fills `bytes` from the line.
-///
-/// Waits at most a minute. The test holds the line open, so the end of the sender does not end the line.
-pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
+/// Waits at most a minute. Returns whether a byte can be read.
+pub(crate) fn is_ready(end: &File) -> bool {
     let limit = Timespec {
         tv_sec: 60,
         tv_nsec: 0,
     };
+    poll(&mut [PollFd::new(end, PollFlags::IN)], Some(&limit)).unwrap() == 1
+}
+
+/// Fills `bytes` from the line.
+///
+/// Waits at most a minute. The test holds the line open, so the end of the sender does not end the line.
+pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
     let mut missing = bytes;
     while !missing.is_empty() {
-        let ready = poll(&mut [PollFd::new(far_end, PollFlags::IN)], Some(&limit)).unwrap();
-        assert_eq!(ready, 1, "{} bytes are missing", missing.len());
+        assert!(is_ready(far_end), "{} bytes are missing", missing.len());
         let count = far_end.read(missing).unwrap();
         missing = missing.split_at_mut(count).1;
     }

@@ -3,6 +3,9 @@
 use std::io::{BufRead, BufReader, Write};
 
 #[cfg(target_os = "linux")]
+use framelock_limited::RunToEnd as _;
+
+#[cfg(target_os = "linux")]
 use crate::at_terminal::{AtTerminal, CONTROLLING, PROGRAM};
 use crate::process::{self, framelock, text};
 
@@ -19,7 +22,7 @@ fn rows_of_any_frames_fit_the_terminal_and_a_pipe_gets_all_of_them() {
         &["decode", "capture.bin", "--frame=ubx", "--format=text"][..],
         &["trace", "capture.bin", "--frame=ubx"],
     ] {
-        let piped = framelock(arguments).current_dir(&directory).output();
+        let piped = framelock(arguments).current_dir(&directory).run_to_end(b"");
         let piped = text(piped.unwrap().stdout);
         assert!(piped.contains(&format!("payload x{payload}\n")), "{piped}");
         let command = [&[PROGRAM], arguments].concat();

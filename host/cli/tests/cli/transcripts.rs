@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use framelock_limited::RunToEnd as _;
 use snapbox::{Assert, Data};
 use tempfile::TempDir;
 
@@ -213,7 +214,7 @@ impl Folder {
         let output = shell
             .current_dir(&self.0)
             .env("PATH", path)
-            .output()
+            .run_to_end(b"")
             .unwrap();
         (
             String::from_utf8_lossy(&output.stdout).into_owned(),

@@ -105,9 +105,14 @@ pub(crate) fn agrees_with_the_reference(
 
     let stream = noisy(&frames, random);
     let mut expected = Events::new();
-    framed(&description.format(), &stream, true, |event| {
-        expected.push(event);
-    });
+    framed(
+        &description.format(),
+        &stream,
+        Some(LineEvent::Idle),
+        |event| {
+            expected.push(event);
+        },
+    );
     let expected = one_by_one(&expected);
     for most in [1, 20, stream.len().max(1)] {
         let told = received(description, &stream, most, random);

@@ -119,6 +119,33 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
+/* Does the same as `any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
+ * follow. */
+static inline bool any_poll_end(any_receiver *receiver, any_message *message)
+{
+    any_outcome outcome;
+    any_index number = 0U;
+
+    if (any_poll(receiver, message)) {
+        return true;
+    }
+    if (receiver->from == receiver->to) {
+        return false;
+    }
+    outcome = any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), &number);
+    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    receiver->ask_at = 0U;
+    if (outcome == ANY_FRAME) {
+        receiver->from = (any_index)(receiver->from + number);
+        any_count_frame(receiver, number);
+        any_decode(&receiver->buffer[receiver->from - number], number, message);
+        return true;
+    }
+    receiver->from++;
+    any_count_discarded(receiver, outcome, 1U);
+    return false;
+}
+
 ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     void (*received)(void *context, const any_message *message), void *context)
 {
@@ -126,16 +153,8 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (any_poll(receiver, &message)) {
-            if (received != NULL) {
-                received(context, &message);
-            }
-        } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
-             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
-            receiver->from++;
-            receiver->ask_at = 0U;
-            any_count_discarded(receiver, ANY_LINE_EVENT, 1U);
+        if (any_poll_end(receiver, &message) && (received != NULL)) {
+            received(context, &message);
         }
     }
     any_forget(receiver);

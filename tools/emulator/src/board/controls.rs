@@ -73,6 +73,27 @@ impl Board {
         self.hold_off(self.now, cycles);
     }
 
+    /// Moves TIMER0 to TIMER4 forward by this number of counts, together with its compare registers, so its next events
+    /// stay as far away as before. Tests use it to reach the wrap of a count without emulating the time until then.
+    ///
+    /// # Errors
+    /// Returns an error if there is no timer of this number.
+    pub fn skip_counts(&mut self, timer: usize, counts: u32) -> Result<()> {
+        self.settle()?;
+        self.shared.touched.store(true, Relaxed);
+        let mut chip = self.shared.chip();
+        let none = || Error::Image(format!("there is no TIMER{timer}"));
+        let unit = chip.peripherals.timers.get_mut(timer).ok_or_else(none)?;
+        unit.own.skip(counts);
+        Ok(())
+    }
+
+    /// Breaks a word of UICR, given by its offset: from now on, writing the word leaves these bits at 1.
+    pub fn break_uicr(&mut self, offset: u32, bits: u32) {
+        let mut chip = self.shared.chip();
+        chip.nonvolatile.broken.insert(offset, bits);
+    }
+
     /// Resets the chip by its reset pin.
     pub fn reset(&mut self) {
         self.reset_for(ResetCause::Pin);
@@ -132,7 +153,8 @@ impl Board {
         Ok(())
     }
 
-    /// Lets the firmware's own handlers handle faults. By default a fault ends the emulation with an error.
+    /// Lets the firmware's own handlers handle faults, and lets a lockup reset the chip. By default a fault or a lockup
+    /// ends the emulation with an error.
     pub fn let_faults_be_handled(&mut self) {
         self.faults_stop = false;
     }

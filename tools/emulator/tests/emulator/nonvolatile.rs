@@ -82,3 +82,13 @@ fn the_debug_port_opens_if_uicr_and_the_firmware_both_say_so_after_a_reset() {
     board.set(DISABLE, UNPROTECTED);
     assert!(!board.debug_port_is_open());
 }
+
+#[test]
+fn bits_of_a_broken_word_of_uicr_stay_1() {
+    let mut board = asleep();
+    board.break_uicr(0x200, 0x10);
+    write_uicr(&mut board, UICR_PSELRESET, 2);
+    write_uicr(&mut board, UICR_PSELRESET + 4, 2);
+    assert_eq!(board.get(UICR_PSELRESET), 0x12);
+    assert_eq!(board.get(UICR_PSELRESET + 4), 2);
+}

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
+use framelock_limited::{Process, RunToEnd as _};
+
 use crate::registers::*;
 
 /// Returns a minimal ELF with this code at address 0: header, one program header, code.
@@ -55,7 +57,7 @@ fn emulator(name: &str, image: &[u8], arguments: &[&str]) -> Command {
 }
 
 fn emulate(name: &str, image: &[u8], arguments: &[&str]) -> Output {
-    emulator(name, image, arguments).output().unwrap()
+    emulator(name, image, arguments).run_to_end(b"").unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -161,7 +163,7 @@ fn standard_input_is_read_before_it_ends() {
 
     let image = lights_led_1_after_seven_bytes();
     let mut command = emulator("stdin.elf", &image, &["--input", "-"]);
-    let mut child = command.spawn().unwrap();
+    let mut child = Process::start(&mut command).unwrap();
     let mut input = child.stdin.take().unwrap();
     input.write_all(b"seven b").unwrap();
     let mut line = String::new();
@@ -181,7 +183,7 @@ fn it_listens_at_a_pseudo_terminal() {
 
     let image = lights_led_1_after_seven_bytes();
     let mut command = emulator("pty.elf", &image, &["--input", "pty"]);
-    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = Process::start(command.stderr(Stdio::piped())).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap());
     let mut errors = BufReader::new(child.stderr.take().unwrap());
     let name = loop {

@@ -198,3 +198,19 @@ fn channels_that_form_a_loop_are_an_error() {
     let error = board.set_register(TIMER1 + COUNT, 1).unwrap_err();
     assert!(error.to_string().contains("loop"), "{error}");
 }
+
+#[test]
+fn skipped_counts_leave_the_next_events_as_far_away_and_reach_the_wrap() {
+    let mut board = microseconds(TIMER1);
+    board.set(TIMER1 + CC + 4, 150);
+    board.wait(50 * MICROSECOND);
+    let before = count(&mut board, TIMER1);
+    board.skip_counts(1, u32::MAX - 100).unwrap();
+    assert_eq!(count(&mut board, TIMER1), before.wrapping_sub(101));
+    board.wait(90 * MICROSECOND);
+    assert_eq!(board.get(TIMER1 + COMPARE + 4), 0);
+    board.wait(20 * MICROSECOND);
+    assert_eq!(board.get(TIMER1 + COMPARE + 4), 1);
+    assert!(count(&mut board, TIMER1) < 100, "the count has wrapped");
+    assert!(board.skip_counts(5, 1).is_err());
+}

@@ -121,9 +121,21 @@ impl FunctionWriter<'_, '_> {
                 condition.text
             )),
             ("memcpy.p0.p0.i64" | "memmove.p0.p0.i64", [to, from, length, _]) => {
+                let Ok(length) = length.number() else {
+                    // Rust copies a number of bytes that is not known in advance only between regions that do not
+                    // overlap. The harness's bound on loops limits this loop, too.
+                    ensure!(
+                        name.starts_with("memcpy"),
+                        "memmove: the length is not known"
+                    );
+                    let (to, from, length) = (&to.text, &from.text, &length.text);
+                    return self.line(&format!(
+                        "for (u64 i = 0; i < {length}; i++) ({to})[i] = ({from})[i];"
+                    ));
+                };
                 // Read all bytes before writing any, because the memory regions may overlap.
                 let (mut read, mut write) = (String::new(), String::new());
-                for byte in 0..length.number()? {
+                for byte in 0..length {
                     write!(read, " u8 m{byte} = ({})[{byte}];", from.text)?;
                     write!(write, " ({})[{byte}] = m{byte};", to.text)?;
                 }

@@ -99,7 +99,11 @@ impl FunctionWriter<'_, '_> {
         let left = self.operand(at)?;
         at.sign(',')?;
         let right = self.value(at, left.of.clone())?;
-        let value = format!("{name}({}, {}, {})", left.of.bits()?, left.text, right.text);
+        // CBMC rejects an order of pointers into different objects, so compare their addresses as numbers.
+        let is_order = left.of == Type::Pointer && name.starts_with("llvm_icmp_u");
+        let number = if is_order { "(u64)" } else { "" };
+        let (bits, left_text, right) = (left.of.bits()?, left.text, right.text);
+        let value = format!("{name}({bits}, {number}{left_text}, {number}{right})");
         Ok((left.of, value))
     }
 

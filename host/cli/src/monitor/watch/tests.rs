@@ -112,6 +112,20 @@ fn the_failsafe_follows_holds_and_parks() {
     assert_eq!(watch.setpoint, Some(setpoint));
 }
 
+/// The failsafe's clock of microseconds wraps after 71.6 minutes.
+#[test]
+fn the_failsafe_goes_on_after_hours() {
+    let mut watch = watch(None);
+    let hours = 3 * 3_600_000;
+    watch.advance_to(ms(hours));
+    for frame in 1..=120 {
+        feed(&mut watch, ms(hours + 20 * frame), FRAME);
+    }
+    assert_eq!(watch.output().phase, Phase::Live);
+    watch.advance_to(ms(hours + 2_700));
+    assert_eq!(watch.output().phase, Phase::Hold);
+}
+
 #[test]
 fn an_idle_gap_drops_the_incomplete_frame_if_the_option_is_given() {
     for (gap, frames, dropped) in [

@@ -133,3 +133,22 @@ fn unwrap_of_nothing() {
     assert!(u16::from(byte.unwrap()) < 256);
     kani::cover!();
 }
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn last_copied_byte_differs() {
+    let (from, mut to): ([u8; 4], [u8; 4]) = kani::any();
+    let (count, before) = (kani::any_where(|&count: &usize| count <= 4), to);
+    to[..count].copy_from_slice(&from[..count]);
+    assert!(to[3] == before[3]);
+    kani::cover!();
+}
+
+#[kani::proof]
+#[kani::unwind(4)]
+fn more_bytes_are_copied_than_the_bound_allows() {
+    let (from, mut to): ([u8; 4], [u8; 4]) = kani::any();
+    let count = kani::any_where(|&count: &usize| count <= 4);
+    to[..count].copy_from_slice(&from[..count]);
+    kani::cover!();
+}

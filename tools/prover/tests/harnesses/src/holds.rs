@@ -149,3 +149,16 @@ fn arithmetic_is_as_it_is_defined() {
 fn in_range(wide: i32) -> Option<i32> {
     (-128..=127).contains(&wide).then_some(wide)
 }
+
+/// Copies a number of bytes that the compiler does not know.
+#[kani::proof]
+#[kani::unwind(5)]
+fn any_number_of_bytes_is_copied() {
+    let (from, mut to): ([u8; 4], [u8; 4]) = kani::any();
+    let (count, before) = (kani::any_where(|&count: &usize| count <= 4), to);
+    to[..count].copy_from_slice(&from[..count]);
+    let at: usize = kani::any_where(|&at| at < 4);
+    assert!(to[at] == if at < count { from[at] } else { before[at] });
+    kani::cover!(count == 0, "no byte");
+    kani::cover!(count == 4, "all bytes");
+}

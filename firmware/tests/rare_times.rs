@@ -1,0 +1,178 @@
+//! Tests of rare times: the wrap of the firmware's clock after 71.6 minutes, and hours without an event. The emulator
+//! skips most of this time.
+
+use nrf52840_emulator::{Change, LineSymbol, MILLISECOND, Period, Pins, Reset, ResetCause};
+
+use crate::firmware::{Firmware, frame};
+use crate::outputs::{pulse, pulses};
+
+/// TIMER0, the firmware's clock, counts microseconds.
+const TIMER0: u32 = 0x4000_8000;
+const INTENSET: u32 = 0x304;
+/// The firmware does not use this capture.
+const CAPTURE_3: u32 = 0x04C;
+const CC_3: u32 = 0x54C;
+
+/// Returns the clock's count.
+fn count(firmware: &mut Firmware) -> u32 {
+    firmware.board.set_register(TIMER0 + CAPTURE_3, 1).unwrap();
+    firmware.board.register(TIMER0 + CC_3).unwrap()
+}
+
+/// Skips the time until the clock has this count. Between two skips of at most a quarter of the clock's range, the main
+/// loop runs a few times.
+fn skip_to(firmware: &mut Firmware, then: u32) {
+    loop {
+        let rest = then.wrapping_sub(count(firmware));
+        let skipped = rest.min(1 << 30);
+        firmware.board.skip_counts(0, skipped).unwrap();
+        if skipped == rest {
+            break;
+        }
+        firmware.run_for(5 * MILLISECOND);
+    }
+}
+
+/// Returns firmware whose clock starts this many microseconds before its wrap.
+fn starts_before_the_wrap(microseconds: u32) -> Firmware {
+    let mut firmware = Firmware::at_power_on("default");
+    while firmware.board.register(TIMER0 + INTENSET).unwrap() == 0 {
+        firmware.run_for(1);
+    }
+    let skipped = microseconds.wrapping_neg();
+    firmware.board.skip_counts(0, skipped).unwrap();
+    firmware
+}
+
+#[test]
+fn led2_stays_dark_when_the_clock_comes_again_to_the_time_of_the_last_error() {
+    let mut firmware = Firmware::booted("default");
+    let error = |firmware: &mut Firmware| {
+        firmware.send_symbols_and_wait(&[LineSymbol::BadStop(0)], 20 * MILLISECOND);
+        assert!(firmware.leds()[1]);
+    };
+    error(&mut firmware);
+    let at = count(&mut firmware);
+    for wraps in 1..=3 {
+        firmware.run_for(200 * MILLISECOND);
+        skip_to(&mut firmware, at.wrapping_sub(100_000));
+        for _ in 0..300 {
+            firmware.run_for(MILLISECOND);
+            assert!(!firmware.leds()[1], "{wraps} wraps");
+        }
+    }
+    error(&mut firmware);
+    assert!(firmware.resets().is_empty());
+}
+
+/// Everything that the firmware shows.
+#[derive(PartialEq, Debug)]
+struct Shown {
+    commits: Vec<Change>,
+    periods: Vec<Period>,
+    pins: Vec<(u64, Pins)>,
+    resets: Vec<Reset>,
+    counters: Vec<u8>,
+    log: Vec<String>,
+}
+
+/// Runs the firmware through every state within six seconds. The comments state where the clock may wrap.
+fn through_every_state(mut firmware: Firmware) -> Shown {
+    let frames = |firmware: &mut Firmware, until: u64, every: u64, setpoint| {
+        while firmware.board.now() < until * MILLISECOND {
+            let next = firmware.board.now() + every * MILLISECOND;
+            firmware.board.send(&frame(setpoint));
+            firmware.board.run_until(next).unwrap();
+        }
+    };
+    // 1.05 s: an approach.
+    frames(&mut firmware, 2_045, 10, [255, 0, 60]);
+    // 2.1 s: live, and LED2 shows an error.
+    firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
+    frames(&mut firmware, 3_142, 10, [0, 255, 60]);
+    // 3.15 s: a gap after half a frame.
+    firmware.board.send(b"AB\0");
+    firmware.board.run_until(3_148 * MILLISECOND).unwrap();
+    firmware.board.send(b"abc\r");
+    firmware.board.run_until(3_800 * MILLISECOND).unwrap();
+    // 4.2 s: on the way to park, with frames that are too far apart. The main loop is interrupted for more than a tick.
+    let late_at = 4_190 * MILLISECOND;
+    firmware.board.hold_off(late_at, 10 * MILLISECOND);
+    frames(&mut firmware, 5_200, 200, [255; 3]);
+    // 5.24 s: the main loop is stuck until the watchdog resets the chip.
+    firmware.board.stick_main_loop().unwrap();
+    firmware.board.run_until(5_900 * MILLISECOND).unwrap();
+    let counters = firmware.board.image().symbol("COUNTERS").unwrap().clone();
+    let mut bytes = vec![0; counters.size as usize];
+    let memory = firmware.board.memory();
+    memory.read(counters.address, &mut bytes).unwrap();
+    let log = firmware.log("default");
+    let trace = std::mem::take(firmware.board.trace());
+    Shown {
+        commits: trace.changes,
+        periods: trace.pwm_periods,
+        pins: trace.pin_changes,
+        resets: trace.resets,
+        counters: bytes,
+        log,
+    }
+}
+
+/// LED3's patterns repeat after 2^20 us, so the clock starts multiples of this time before its wrap.
+#[test]
+fn a_wrap_of_the_clock_changes_nothing_in_any_state() {
+    let usual = through_every_state(starts_before_the_wrap(0));
+    let causes: Vec<_> = usual.resets.iter().map(|reset| reset.cause).collect();
+    assert_eq!(causes, [ResetCause::Watchdog]);
+    assert!(usual.commits.len() > 200 && usual.periods.len() > 250);
+    for steps in 1..=5 {
+        let shown = through_every_state(starts_before_the_wrap(steps << 20));
+        // The difference would be too long to print.
+        assert!(shown.commits == usual.commits, "{steps}: commits");
+        assert!(shown.periods == usual.periods, "{steps}: pulses");
+        assert!(shown.pins == usual.pins, "{steps}: LEDs");
+        assert_eq!(shown.counters, usual.counters, "{steps}");
+        assert_eq!(shown.log, usual.log, "{steps}");
+        assert_eq!(shown.resets, usual.resets, "{steps}");
+    }
+}
+
+#[test]
+fn after_hours_of_silence_the_outputs_are_parked_and_start_as_always() {
+    let mut firmware = Firmware::booted("default");
+    let drive = |firmware: &mut Firmware, frames: u32| {
+        let from = firmware.board.now();
+        for _ in 0..frames {
+            firmware.send_and_wait(&frame([255, 0, 128]), 10 * MILLISECOND);
+        }
+        pulses(firmware, from)
+    };
+    drive(&mut firmware, 150);
+    let from = firmware.board.now();
+    firmware.run_for(2_000 * MILLISECOND);
+    let before = firmware.counter("bytes");
+    for wraps in 0..4 {
+        let at = count(&mut firmware);
+        skip_to(&mut firmware, at.wrapping_sub(10_000));
+        firmware.run_for(60 * MILLISECOND);
+        let from = firmware.board.now() - 50 * MILLISECOND;
+        let parked = pulses(&mut firmware, from);
+        assert_eq!(parked[0], [pulse(128); 3], "{wraps} wraps");
+        assert_eq!(firmware.leds(), [false, false, true], "{wraps} wraps");
+    }
+    assert_eq!(firmware.counter("bytes"), before);
+    assert!(firmware.resets().is_empty());
+    // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
+    for pair in pulses(&mut firmware, from).windows(2) {
+        assert!(pair[0][0].abs_diff(pair[1][0]) <= 24, "{pair:?}");
+    }
+    firmware.commits();
+    let starts = drive(&mut firmware, 60);
+    assert_eq!(firmware.commits(), [[255, 0, 128]; 60]);
+    for pair in starts.windows(2) {
+        assert!(pair[0][0].abs_diff(pair[1][0]) <= 24, "{pair:?}");
+    }
+    drive(&mut firmware, 60);
+    let live = drive(&mut firmware, 20);
+    assert_eq!(live.last(), Some(&[pulse(255), pulse(0), pulse(128)]));
+}

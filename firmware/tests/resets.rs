@@ -1,0 +1,194 @@
+//! Random sequences of resets of every kind, at random times, on chips with random words in UICR.
+
+use nrf52840_emulator::{MICROSECOND, MILLISECOND, RAM_SIZE, RAM_START, ResetCause};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::firmware::{Firmware, RESTART, UICR, UNDEFINED, frame, sample};
+use crate::outputs::pulse;
+
+/// How the chip is reset.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Kind {
+    PowerOn,
+    BrownOut,
+    Pin,
+    Watchdog,
+    Fault,
+    Lockup,
+}
+
+const KINDS: [Kind; 6] = [
+    Kind::PowerOn,
+    Kind::BrownOut,
+    Kind::Pin,
+    Kind::Watchdog,
+    Kind::Fault,
+    Kind::Lockup,
+];
+
+/// Runs the board while frames arrive.
+fn run(firmware: &mut Firmware, cycles: u64) {
+    let end = firmware.board.now() + cycles;
+    while firmware.board.now() < end {
+        let next = end.min(firmware.board.now() + 10 * MILLISECOND);
+        firmware.board.send(&frame([255, 0, 60]));
+        firmware.board.run_until(next).unwrap();
+    }
+}
+
+/// Replaces the first instructions of these handlers with undefined ones, until the chip is reset.
+fn fault_in(firmware: &mut Firmware, handlers: &[&str]) {
+    firmware.board.let_faults_be_handled();
+    let code: Vec<_> = handlers
+        .iter()
+        .map(|handler| firmware.patch(handler, UNDEFINED))
+        .collect();
+    let resets = firmware.resets().len();
+    while firmware.resets().len() == resets {
+        firmware.run_for(10 * MICROSECOND);
+    }
+    for (handler, code) in handlers.iter().zip(code) {
+        firmware.patch(handler, code);
+    }
+}
+
+/// Resets the chip. A fault, a lockup or a bite of the watchdog comes a few milliseconds later.
+fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
+    match kind {
+        Kind::PowerOn => {
+            firmware.board.brown_out();
+            let mut bytes = vec![0; RAM_SIZE as usize];
+            random.fill(&mut bytes[..]);
+            firmware.board.patch(RAM_START, &bytes).unwrap();
+        }
+        Kind::BrownOut => firmware.board.brown_out(),
+        Kind::Pin => firmware.board.reset(),
+        Kind::Watchdog => {
+            // Only a program that has started the watchdog is reset by it.
+            firmware.run_for(3 * MILLISECOND);
+            firmware.board.stick_main_loop().unwrap();
+            firmware.run_for(260 * MILLISECOND);
+        }
+        Kind::Fault => fault_in(firmware, &["TIMER0"]),
+        Kind::Lockup => fault_in(firmware, &["TIMER0", "HardFault"]),
+    }
+}
+
+/// Leaves each word of UICR erased, or writes it, or breaks some or all of its bits.
+fn prepare_uicr(firmware: &mut Firmware, random: &mut ChaCha8Rng) -> Vec<u32> {
+    let mut states = Vec::new();
+    for (word, value) in UICR {
+        let offset = word & 0xFFF;
+        let state = random.random_range(0..6);
+        match state {
+            0 | 1 => {}
+            2 => firmware.write_uicr([(word, value)]),
+            3 => firmware.write_uicr([(word, random.random_range(0..17))]),
+            4 => firmware.board.break_uicr(offset, u32::MAX),
+            _ => firmware
+                .board
+                .break_uicr(offset, 1 << random.random_range(0..32)),
+        }
+        states.push(state);
+    }
+    states
+}
+
+/// The firmware resets itself at most once, to let new words of UICR take effect. After the last reset it logs the
+/// cause, opens the debug port if UICR allows it, and receives. At any time the outputs move as slowly as always, or
+/// are at park after power-on.
+#[test]
+fn after_any_sequence_of_resets_it_works() {
+    for seed in sample(0..60, 3) {
+        let random = &mut ChaCha8Rng::seed_from_u64(seed);
+        let image = ["default", "write-uicr", "write-uicr"][random.random_range(0..3)];
+        let mut firmware = Firmware::on_an_erased_chip(image);
+        let uicr = prepare_uicr(&mut firmware, random);
+        if random.random_range(0..3) == 0 {
+            run(&mut firmware, 1_400 * MILLISECOND);
+        }
+        let mut kinds = Vec::new();
+        let mut power_on = Vec::new();
+        for left in (0..random.random_range(1..8)).rev() {
+            // Half of the resets come while the firmware starts. The last reset comes after that, so its cause is
+            // known.
+            let most = if left > 0 && random.random() {
+                600 * MICROSECOND
+            } else {
+                40 * MILLISECOND
+            };
+            let least = if left > 0 { 0 } else { 5 * MILLISECOND };
+            run(&mut firmware, random.random_range(least..most));
+            let kind = KINDS[random.random_range(0..KINDS.len())];
+            kinds.push(kind);
+            if kind == Kind::PowerOn {
+                power_on.push(firmware.board.now());
+            }
+            reset(&mut firmware, kind, random);
+        }
+        let what = format!("seed {seed}, {image}, UICR {uicr:?}, {kinds:?}");
+        firmware.run_for(50 * MILLISECOND);
+        let resets = firmware.resets();
+        let own = resets.len() - kinds.len();
+        let most = usize::from(image == "write-uicr");
+        assert!(own <= most, "{what}: {resets:?}");
+        says_the_cause(&mut firmware, image, kinds.last().copied(), &what);
+
+        let [.., protection] = UICR.map(|(word, _)| firmware.board.register(word).unwrap());
+        let is_open = firmware.board.debug_port_is_open();
+        assert_eq!(is_open, protection == 0x5A, "{what}");
+        firmware.commits();
+        firmware.takes_a_frame(RESTART, &what);
+        moves_slowly(&mut firmware, &power_on, &what);
+    }
+}
+
+/// Asserts that the last start logged the last reset's cause. The firmware may then have reset itself.
+fn says_the_cause(firmware: &mut Firmware, image: &str, last: Option<Kind>, what: &str) {
+    let cause = match last.unwrap() {
+        Kind::PowerOn | Kind::BrownOut => "power",
+        Kind::Pin => "pin",
+        Kind::Watchdog => "watchdog",
+        Kind::Fault => "software",
+        Kind::Lockup => "lockup",
+    };
+    let own = firmware.resets().last() == Some(&ResetCause::Soft) && last != Some(Kind::Fault);
+    let log = firmware.log(image).join("\n");
+    let expected = match cause {
+        "power" if own => "reset by software (".to_owned(),
+        "watchdog" if own => "reset by watchdog software (".to_owned(),
+        "lockup" if own => "reset by software lockup (".to_owned(),
+        cause => format!("reset by {cause} ("),
+    };
+    let mut starts = log.lines().filter(|line| line.contains("reset by"));
+    let start = starts.next_back().unwrap_or_default();
+    assert!(start.contains(&expected), "{what}: not {expected}: {log}");
+}
+
+fn moves_slowly(firmware: &mut Firmware, power_on: &[u64], what: &str) {
+    let trace = firmware.board.trace();
+    let is_whole = |from: u64, to: u64| {
+        let mut resets = trace.resets.iter().map(|reset| reset.at);
+        !resets.any(|at| (from..to).contains(&at))
+    };
+    let mut before: Option<(u64, [u64; 3])> = None;
+    for period in &trace.pwm_periods {
+        let [Some(pitch), Some(roll), Some(yaw), _] = period.pulses() else {
+            continue;
+        };
+        if !is_whole(period.at, period.at + period.length) {
+            continue;
+        }
+        let now = [pitch, roll, yaw];
+        // A period has ten polls. In each of them, a live axis moves by at most 2.6 units of 4 us.
+        let was = match before {
+            Some((at, was)) if !power_on.iter().any(|on| (at..period.at).contains(on)) => was,
+            _ => [pulse(128); 3],
+        };
+        for (was, is) in was.iter().zip(now) {
+            assert!(was.abs_diff(is) <= 110, "{what}: {was} to {is} us");
+        }
+        before = Some((period.at, now));
+    }
+}

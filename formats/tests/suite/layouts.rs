@@ -1,0 +1,526 @@
+//! Tests random layouts, in which every form and every number of parts occurs, against an interpreter of layouts.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    reason = "frames are short"
+)]
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use framelock::Classification::Frame;
+use framelock::LineEvent;
+use framelock_formats::layout::*;
+use framelock_fuzz_oracles::{LONGEST, Occurred, Stream, StreamStep, interpret, layouts};
+use rand::seq::{IndexedRandom as _, SliceRandom as _};
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+
+/// Bytes that content does not contain. Terminators of frames with a content begin with these bytes.
+const RESERVED: [u8; 4] = [0x04, b'\n', b'\r', 0xF1];
+
+/// Returns distinct patterns of this length. They begin with bytes of `first`, and often contain more of these bytes.
+fn patterns(
+    random: &mut ChaCha8Rng,
+    count: usize,
+    length: usize,
+    first: &[u8],
+) -> Patterns<'static> {
+    let mut all = BTreeSet::new();
+    while all.len() < count {
+        let one = (0..length).map(|place| match first.choose(random) {
+            Some(&byte) if place == 0 || random.random() => byte,
+            _ => random.random(),
+        });
+        all.insert(one.collect::<Vec<u8>>());
+    }
+    let mut all = Vec::from_iter(all);
+    all.shuffle(random);
+    Patterns::any_of(all.concat().leak(), if count == 0 { 0 } else { length })
+}
+
+fn number(random: &mut ChaCha8Rng, at: usize) -> Number {
+    let order = *[ByteOrder::Little, ByteOrder::Big]
+        .choose(random)
+        .expect("two");
+    Number::new(at, random.random_range(1..=4), order)
+}
+
+fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
+    let bytes = random.random_range(1..=4);
+    let (algorithm, bytes) = match random.random_range(0..8) {
+        0 => (Algorithm::Sum, bytes),
+        1 => (Algorithm::InvertedSum, bytes),
+        2 => (Algorithm::NegatedSum, bytes),
+        3 => (Algorithm::Xor, 1),
+        4 => (Algorithm::Fletcher, 2),
+        5 => (
+            Algorithm::Crc(Crc::new(16, 0x1021).reflected().initial(0xFFFF)),
+            2,
+        ),
+        _ => {
+            let width = *[8, random.random_range(8..=32)]
+                .choose(random)
+                .expect("two");
+            let bits = u32::MAX >> (32 - width);
+            let crc = Crc::new(width, random.random::<u32>() & bits | 1)
+                .initial(random.random::<u32>() & bits)
+                .xor_out(random.random::<u32>() & bits)
+                .reflected_in(random.random())
+                .reflected_out(random.random());
+            let table = match random.random_range(0..4) {
+                0 if width == 8 => Table::Bytes(Box::leak(Box::new(crc.table_of_bytes()))),
+                0 | 1 => Table::Words(Box::leak(Box::new(crc.table_of_words()))),
+                2 => Table::Sixteens(Box::leak(Box::new(crc.table_of_sixteens()))),
+                _ => Table::None,
+            };
+            (Algorithm::Crc(crc.table(table)), width.div_ceil(8) as usize)
+        }
+    };
+    let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
+    let encoding = *encodings.choose(random).expect("three");
+    Checksum::at_the_end(bytes)
+        .algorithm(algorithm)
+        .encoding(encoding)
+}
+
+/// Returns 1 to 5 known messages, and the position of their number.
+fn messages(random: &mut ChaCha8Rng, at: usize) -> Messages<'static> {
+    let number = number(random, at);
+    let most = u32::MAX >> (32 - 8 * number.bytes);
+    let count = random.random_range(1..=5);
+    let known: BTreeSet<u32> = (0..count).map(|_| random.random_range(0..=most)).collect();
+    let known = known.into_iter().map(|number| {
+        let mut message = KnownMessage::new(number);
+        if random.random() {
+            message = message.extra(random.random());
+        }
+        if random.random() {
+            message = message.longest_payload(random.random_range(4..30));
+        }
+        message
+    });
+    Messages::new(number, known.collect::<Vec<_>>().leak())
+}
+
+/// The ranges of a content, and other terminators.
+type Content = (&'static [(u8, u8)], &'static [&'static [u8]]);
+
+/// Returns a content, and 0 to 3 other terminators, which are not as long as the terminator.
+fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
+    let ranges: [&[(u8, u8)]; 3] = [
+        &[(b' ', b'~')],
+        &[(b'0', b'~'), (b' ', b'$')],
+        &[(14, 0xF0), (5, 9), (0, 3), (11, 12), (0xF2, 0xFF)],
+    ];
+    let mut lengths = vec![1, 2, 3, 4];
+    lengths.retain(|&length| length != terminator);
+    lengths.shuffle(random);
+    lengths.truncate(random.random_range(0..=3));
+    let others = lengths.into_iter();
+    let others = others.map(|length| patterns(random, 1, length, &RESERVED).bytes);
+    let others: Vec<&[u8]> = others.collect();
+    (ranges.choose(random).expect("three"), others.leak())
+}
+
+/// Returns 0 to 4 fixed bits: in the header, after the body, and before the bytes that are counted from the end.
+fn fixed_bits(
+    random: &mut ChaCha8Rng,
+    header: Range<usize>,
+    body: usize,
+    from_end: usize,
+) -> &'static [FixedBits] {
+    let fixed = (0..random.random_range(0..=4)).map(|_| {
+        let at = match random.random_range(0..4) {
+            0 => -offset(from_end) - random.random_range(1..=2),
+            1 => offset(body) + random.random_range(0..=1),
+            _ => offset(random.random_range(header.clone())),
+        };
+        let mask = mask(random, 8);
+        FixedBits::new(at, mask, random.random::<u8>() & mask)
+    });
+    fixed.collect::<Vec<_>>().leak()
+}
+
+/// Returns a random layout, or `None` if its parts contradict each other.
+fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
+    let form = random.random_range(0..4);
+    let has_content = form == 3;
+    let all: Vec<u8> = (0..=u8::MAX).collect();
+    let any: Vec<u8> = all.choose_multiple(random, 8).copied().collect();
+    let (syncs, sync_length) = (random.random_range(0..=8), random.random_range(1..=4));
+    let sync = patterns(random, syncs, sync_length, &any);
+    let mut builder = Layout::builder().sync(sync);
+
+    // The parts of the header follow one another in any order, some of them after a gap.
+    let (mut at, mut field, mut trailer) = (sync.length, None, 0);
+    let mut parts = [0, 1, 2, 3];
+    parts.shuffle(random);
+    for part in parts {
+        at += random.random_range(0_usize..4).saturating_sub(2);
+        match part {
+            0 if form == 1 => {
+                let length = number(random, at);
+                let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
+                field = Some(
+                    LengthField::new(length)
+                        .mask(*masks.choose(random).expect("four"))
+                        .factor(random.random_range(1..=4))
+                        .plus(random.random_range(-3..=12)),
+                );
+                at += length.bytes;
+            }
+            1 if random.random() => {
+                let messages = messages(random, at);
+                at = messages.number.end();
+                builder = builder.messages(messages);
+            }
+            2 if form == 1 && random.random() => {
+                trailer = random.random_range(1..=5);
+                builder = builder.trailer(Trailer::new(at, mask(random, 4), trailer));
+                at += 1;
+            }
+            _ => {}
+        }
+    }
+    let header = at.max(1);
+    let mut end = 0;
+    if form >= 2 || random.random() {
+        let (count, length) = (random.random_range(1..=4), random.random_range(1..=3));
+        let first = if has_content { &RESERVED[..] } else { &any };
+        builder = builder.terminator(patterns(random, count, length, first));
+        end = length;
+    }
+    if has_content {
+        let (ranges, others) = content(random, end);
+        builder = builder.content(ranges).other_terminators(others);
+    }
+
+    // The body is the part before the payload. A checksum is in the body, or before the terminator.
+    let (mut body, mut from_end) = (header, end);
+    if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
+        let mut checksum = checksum(random);
+        if has_content {
+            checksum = checksum.encoding(Encoding::Hex);
+        }
+        let bytes = checksum.encoded_bytes();
+        builder = builder.checksum(if random.random() {
+            let covers_terminator = random.random() && !has_content;
+            let to = if covers_terminator {
+                -1
+            } else {
+                -offset(end) - 1
+            };
+            let (at, from) = (offset(body), offset(body + bytes));
+            body += bytes;
+            checksum.at(at).from(from).to(to)
+        } else {
+            from_end += bytes;
+            let from = *[0, sync.length, header].choose(random).expect("three");
+            let at = -offset(from_end);
+            checksum.at(at).from(offset(from)).to(at - 1)
+        });
+    }
+    let header = sync.length..header.max(sync.length + 1);
+    builder = builder.fixed(fixed_bits(random, header, body, from_end));
+    let least = body + from_end + 2;
+    let longest = least + random.random_range(0..24);
+    let builder = match field {
+        Some(field) => {
+            let counted = field.mask & u32::MAX >> (32 - 8 * field.number.bytes);
+            let most = u64::from(counted) * u64::from(field.factor);
+            let most = most.saturating_add_signed(field.plus.into());
+            let longest = trailer + most.min(longest as u64) as usize;
+            builder.length(Length::Field(field)).longest(longest)
+        }
+        None if form == 0 => builder.longest(longest),
+        None => builder.length(Length::Delimiter).longest(longest),
+    };
+    let shortest = if form == 0 || random.random_ratio(1, 3) {
+        0
+    } else {
+        least + random.random_range(0..3)
+    };
+    let layout = builder.shortest(shortest).build().ok()?;
+    (layout.longest() <= LONGEST).then_some(layout)
+}
+
+fn offset(bytes: usize) -> i16 {
+    i16::try_from(bytes).expect("frames are short")
+}
+
+/// Returns a mask of 1 to `most` bits.
+fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
+    let mut mask = 0;
+    for _ in 0..random.random_range(1..=most) {
+        mask |= 1 << random.random_range(0..8);
+    }
+    mask
+}
+
+/// Returns any byte of the content, often a byte of a sync or of a terminator.
+fn byte(layout: &Layout, random: &mut ChaCha8Rng) -> u8 {
+    let known = [layout.sync().bytes, layout.terminator().bytes].concat();
+    loop {
+        let byte = match known.choose(random) {
+            Some(&byte) if random.random_ratio(1, 4) => byte,
+            _ => random.random(),
+        };
+        let mut content = layout.content().iter();
+        if content.len() == 0 || content.any(|(first, last)| (first..=last).contains(&&byte)) {
+            return byte;
+        }
+    }
+}
+
+/// Returns a frame of the layout, or `None` if the random bytes could not become a frame.
+fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let mut frame: Vec<u8> = (0..layout.longest())
+        .map(|_| byte(layout, random))
+        .collect();
+    write(&mut frame, 0, any(layout.sync(), random));
+    if let Some(messages) = layout.messages() {
+        let known = messages.known.choose(random).expect("some").number;
+        let bytes = match messages.number.order {
+            ByteOrder::Little => &known.to_le_bytes()[..messages.number.bytes],
+            ByteOrder::Big => &known.to_be_bytes()[4 - messages.number.bytes..],
+        };
+        write(&mut frame, messages.number.at, bytes);
+    }
+    let mut trailer = 0;
+    if let Some(announced) = layout.trailer() {
+        frame[announced.at] &= !announced.mask;
+        if random.random_range(0..3) > 0 {
+            let mut bit = 0;
+            while bit & announced.mask == 0 {
+                bit = 1 << random.random_range(0..8);
+            }
+            frame[announced.at] |= bit;
+            trailer = announced.bytes;
+        }
+    }
+    let length = match layout.length() {
+        Length::Field(field) => {
+            let number = random.random_range(0..LONGEST as i64) & i64::from(field.mask);
+            number * i64::from(field.factor) + i64::from(field.plus)
+        }
+        Length::Fixed => layout.longest() as i64,
+        _ => random.random_range(layout.shortest()..=layout.longest()) as i64,
+    };
+    let most = layout.longest() - trailer;
+    let length = usize::try_from(length)
+        .ok()
+        .filter(|length| (1..=most).contains(length))?;
+    let behind = frame.split_off(length);
+    let end = any(layout.terminator(), random);
+    let content = length.checked_sub(end.len())?;
+    write(&mut frame, content, end);
+    frame.extend(&behind[..trailer]);
+    let is_sealed = layout.seal(&mut frame);
+    assert_eq!(
+        is_sealed,
+        interpret(layout, &frame) == Frame(frame.len()),
+        "{layout:?}: {frame:02X?}"
+    );
+    if is_sealed
+        && let Some(checksum) = layout.checksum()
+        && checksum.encoding == Encoding::Hex
+        && random.random()
+    {
+        let at = index(checksum.at, length).expect("it is in the frame");
+        let mut other = frame.clone();
+        other[at..][..checksum.encoded_bytes()].make_ascii_lowercase();
+        // A lower-case digit may be a terminator.
+        if interpret(layout, &other) == Frame(other.len()) {
+            frame = other;
+        }
+    }
+    if let Some(other) = layout.other_terminators().choose(random)
+        && random.random()
+        && content + other.len() <= layout.longest()
+    {
+        frame.truncate(content);
+        frame.extend(*other);
+    }
+    is_sealed.then_some(frame)
+}
+
+fn any<'a>(patterns: Patterns<'a>, random: &mut ChaCha8Rng) -> &'a [u8] {
+    let all: Vec<&[u8]> = patterns.each().collect();
+    all.choose(random).copied().unwrap_or_default()
+}
+
+fn write(frame: &mut [u8], at: usize, bytes: &[u8]) {
+    frame[at..]
+        .iter_mut()
+        .zip(bytes)
+        .for_each(|(byte, wanted)| *byte = *wanted);
+}
+
+/// Returns the frame with one fault: a byte with other bits, a byte lost or added, or the frame's beginning or end
+/// alone.
+fn broken(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut bytes = frame.to_vec();
+    let at = random.random_range(0..bytes.len());
+    match random.random_range(0..6) {
+        0 => drop(bytes.remove(at)),
+        1 => bytes.insert(at, random.random()),
+        2 => bytes.truncate(at),
+        3 => drop(bytes.drain(..at)),
+        _ => bytes[at] ^= 1 << random.random_range(0..8),
+    }
+    bytes
+}
+
+/// Returns the bytes, cut into slices.
+fn slices(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<StreamStep> {
+    let (mut rest, mut slices) = (bytes, Vec::new());
+    while !rest.is_empty() {
+        let (slice, behind) = rest.split_at(random.random_range(1..=rest.len().min(40)));
+        slices.push(StreamStep::Slice(slice.to_vec()));
+        rest = behind;
+    }
+    slices
+}
+
+/// Counts the values for which the condition holds, or the condition itself.
+macro_rules! count {
+    ($occurred:ident; $($name:literal $(in $range:expr)?, $is:expr;)*) => {
+        $(count!(@ $occurred, $name, $($range,)? $is);)*
+    };
+    (@ $occurred:ident, $name:literal, $range:expr, $is:expr) => {
+        for value in $range {
+            $occurred.count(format!("{}: {value:?}", $name).leak(), $is(value));
+        }
+    };
+    (@ $occurred:ident, $name:literal, $is:expr) => {
+        $occurred.count($name, $is);
+    };
+}
+
+/// Counts the forms and the numbers of parts in a layout whose frames were delivered.
+fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
+    let starts = |pattern: &[u8]| frames.iter().any(|frame| frame.starts_with(pattern));
+    let ends = |pattern: &[u8]| frames.iter().any(|frame| frame.ends_with(pattern));
+    let (sync, terminator, content) = (layout.sync(), layout.terminator(), layout.content());
+    let (others, length, fixed) = (layout.other_terminators(), layout.length(), layout.fixed());
+    let field = match length {
+        Length::Field(field) => Some(field),
+        _ => None,
+    };
+    let header = offset(layout.header());
+    let fixed_in = |range: &dyn Fn(i16) -> bool| fixed.iter().filter(|bits| range(bits.at)).count();
+    let messages = layout.messages();
+    let known = messages.map_or(&[][..], |messages| messages.known);
+    let is = |number: Option<Number>, wanted| number.map(|it| (it.bytes, it.order)) == Some(wanted);
+    let numbers =
+        [ByteOrder::Little, ByteOrder::Big].map(|order| (1..=4).map(move |bytes| (bytes, order)));
+    let numbers: Vec<(usize, ByteOrder)> = numbers.into_iter().flatten().collect();
+    let trailer = layout.trailer();
+    let bits = |frame: &[u8]| trailer.map_or(0, |it| (frame[it.at] & it.mask).count_ones());
+    let checksum = layout.checksum();
+    let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
+    let encodings = encodings.map(|encoding| (1..=4).map(move |bytes| (bytes, encoding)));
+    let algorithm = checksum.map(|checksum| checksum.algorithm);
+    let crc = match algorithm {
+        Some(Algorithm::Crc(crc)) => Some(crc),
+        _ => None,
+    };
+    let table = |is: fn(&Table) -> bool| crc.is_some_and(|crc| is(&crc.table));
+    count! { occurred;
+        "syncs" in 0..=8, |count| sync.each().count() == count;
+        "bytes of a sync" in 1..=4, |bytes| sync.length == bytes;
+        "sync with the index" in 0..=7, |index| sync.each().nth(index).is_some_and(starts);
+        "terminators" in 0..=4, |count| terminator.each().count() == count;
+        "bytes of a terminator" in 1..=3, |bytes| terminator.length == bytes;
+        "terminator with the index" in 0..=3, |index| terminator.each().nth(index).is_some_and(ends);
+        "other terminators" in 1..=3, |count| others.len() == count;
+        "other terminator with the index" in 0..=2, |index: usize| others.get(index).is_some_and(|end| ends(end));
+        "terminators that end alike", others.iter().any(|end| ends(end) && terminator.each().any(|one| {
+            one.ends_with(end) && ends(one) || end.ends_with(one)
+        }));
+        "ranges of content" in [1, 2, 5], |count| content.len() == count;
+        "fixed length", length == Length::Fixed;
+        "delimiter without a content", length == Length::Delimiter && content.is_empty();
+        "length field" in &numbers, |&form| is(field.map(|it| it.number), form);
+        "mask of a length" in [0x3F, 0x1F7], |mask| field.is_some_and(|it| it.mask == mask);
+        "factor of a length" in 1..=4, |factor| field.is_some_and(|it| it.factor == factor);
+        "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
+        "messages" in 0..=5, |count| known.len() == count;
+        "number of a message" in &numbers, |&form| is(messages.map(|it| it.number), form);
+        "message with an extra byte", checksum.is_some() && known.iter().any(|it| it.has_extra);
+        "message with a longest payload", field.is_some() && known.iter().any(|it| it.longest_payload < 30);
+        "fixed bits" in 0..=4, |count| fixed.len() == count;
+        "fixed bits in the header" in 1..=3, |count| fixed_in(&|at| 0 <= at && at < header) == count;
+        "fixed bits after the header" in 1..=3, |count| fixed_in(&|at| header <= at) == count;
+        "fixed bits from the end" in 1..=3, |count| fixed_in(&|at| at < 0) == count;
+        "fixed bits of one byte" in 2..=3, |count| fixed.iter().any(|bits| fixed_in(&|at| at == bits.at) == count);
+        "bytes of a trailer" in 1..=5, |bytes| trailer.is_some_and(|it| it.bytes == bytes);
+        "bits that announce a trailer" in 1..=4, |count| trailer.is_some_and(|it| it.mask.count_ones() == count);
+        "bits of several that are set" in 0..=1, |count| {
+            trailer.is_some_and(|it| it.mask.count_ones() > 1) && frames.iter().any(|frame| bits(frame) == count)
+        };
+        "no checksum", checksum.is_none();
+        "checksum" in encodings.into_iter().flatten(), |form| checksum.map(|it| (it.bytes, it.encoding)) == Some(form);
+        "checksum before what it covers", checksum.is_some_and(|it| it.at >= 0);
+        "checksum after the whole frame", checksum.is_some_and(|it| it.at < 0 && it.from == 0);
+        "checksum after a part of the frame", checksum.is_some_and(|it| it.at < 0 && it.from > 0);
+        "checksum that covers the terminator", checksum.is_some_and(|it| it.to == -1 && terminator.length > 0);
+        "algorithm" in [
+            Algorithm::Sum, Algorithm::InvertedSum, Algorithm::NegatedSum, Algorithm::Xor, Algorithm::Fletcher,
+        ], |one| algorithm == Some(one);
+        "MAVLink's CRC", crc.is_some_and(|it| it.polynomial == 0x1021);
+        "bits of a CRC modulo 8" in 0..8, |bits| crc.is_some_and(|it| it.width % 8 == bits);
+        "no table", table(|it| *it == Table::None);
+        "table of bytes", table(|it| matches!(it, Table::Bytes(_)));
+        "table of words", table(|it| matches!(it, Table::Words(_)));
+        "table of sixteens", table(|it| matches!(it, Table::Sixteens(_)));
+        "reflected" in [(false, false), (false, true), (true, false), (true, true)], |both| {
+            crc.is_some_and(|it| (it.reflected_in, it.reflected_out) == both)
+        };
+    }
+}
+
+/// Whatever parts a layout has, its receivers deliver its frames and nothing else.
+#[test]
+fn frames_of_any_layout_are_delivered() {
+    let (mut random, mut occurred) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
+    let mut layouts_with_frames = 0;
+    while layouts_with_frames < 2_000 {
+        let Some(layout) = layout(&mut random) else {
+            continue;
+        };
+        let layout: &Layout = Box::leak(Box::new(layout));
+        let frames: Vec<Vec<u8>> = (0..60)
+            .filter_map(|_| frame(layout, &mut random))
+            .take(12)
+            .collect();
+        if frames.is_empty() {
+            continue;
+        }
+        layouts_with_frames += 1;
+        let clean = slices(&frames.concat(), &mut random);
+        let mut noisy = Vec::new();
+        for frame in &frames {
+            match random.random_range(0..3) {
+                0 => noisy.extend(broken(frame, &mut random)),
+                1 => {
+                    let count = random.random_range(1..30);
+                    noisy.extend((0..count).map(|_| byte(layout, &mut random)));
+                }
+                _ => {}
+            }
+            noisy.extend(frame);
+        }
+        noisy.extend(broken(&frames[0], &mut random));
+        let noisy = slices(&noisy, &mut random);
+        let idle = vec![StreamStep::Event(LineEvent::Idle)];
+        let counters = layouts(layout, &Stream(clean.clone()));
+        let is_clean = counters.frames as usize == frames.len() && counters.discarded.total() == 0;
+        assert!(is_clean, "{counters:?} {layout:?}");
+        occurred.count_all(&layouts(layout, &Stream([noisy, idle, clean].concat())));
+        count(layout, &frames, &mut occurred);
+    }
+    let impossible = ["break", "framing error", "overrun", "parity error"];
+    assert_eq!(occurred.rarer_than(3), impossible, "{occurred:#?}");
+}

@@ -1,0 +1,269 @@
+//! Processes with a time limit, for tests. A process that breaks its promise must make its test fail. Without a limit,
+//! a test that waits for the output or the end of such a process would hang for ever.
+
+use std::io::{self, Read, Write};
+use std::process::{
+    Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio,
+};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// The usual limit. No process of a test takes a tenth of this time on an idle computer.
+pub const LIMIT: Duration = Duration::from_secs(60);
+
+/// How long a wait sleeps until it asks again whether the process has ended.
+const POLL: Duration = Duration::from_millis(2);
+
+/// A process that is killed at its time limit, or when this value is dropped. At the limit, reads from its pipes end,
+/// and `wait` returns an exit status that is not a success.
+#[derive(Debug)]
+pub struct Process {
+    /// The pipe to standard input, unless the test has taken it.
+    pub stdin: Option<ChildStdin>,
+    /// The pipe from standard output, unless the test has taken it.
+    pub stdout: Option<ChildStdout>,
+    /// The pipe from standard error, unless the test has taken it.
+    pub stderr: Option<ChildStderr>,
+    child: Arc<Mutex<Child>>,
+    /// When this sender is dropped, the thread that watches the time ends.
+    _watched: Sender<()>,
+}
+
+fn locked(child: &Mutex<Child>) -> MutexGuard<'_, Child> {
+    child.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills the process if it still runs.
+fn end(child: &Mutex<Child>) -> bool {
+    let mut child = locked(child);
+    let runs = matches!(child.try_wait(), Ok(None));
+    // The error means that the process has ended in the meantime.
+    let _ = child.kill();
+    runs
+}
+
+impl Process {
+    /// Starts a process with the usual limit.
+    ///
+    /// # Errors
+    /// Returns an error if the process does not start.
+    pub fn start(command: &mut Command) -> io::Result<Self> {
+        Self::start_within(LIMIT, command)
+    }
+
+    /// Starts a process that is killed after this time.
+    ///
+    /// # Errors
+    /// Returns an error if the process does not start.
+    pub fn start_within(limit: Duration, command: &mut Command) -> io::Result<Self> {
+        let mut child = command.spawn()?;
+        let name = format!("{command:?}");
+        let (stdin, stdout, stderr) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let child = Arc::new(Mutex::new(child));
+        let (watched, end_of_test) = mpsc::channel();
+        let same = Arc::clone(&child);
+        thread::spawn(move || {
+            let over = end_of_test.recv_timeout(limit);
+            if over == Err(RecvTimeoutError::Timeout) && end(&same) {
+                eprintln!("killed after {limit:?}: {name}");
+            }
+        });
+        Ok(Self {
+            stdin,
+            stdout,
+            stderr,
+            child,
+            _watched: watched,
+        })
+    }
+
+    /// Returns the process's number.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        locked(&self.child).id()
+    }
+
+    /// Returns the exit status, or `None` if the process still runs.
+    ///
+    /// # Errors
+    /// Returns an error if the system does not tell.
+    pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
+        locked(&self.child).try_wait()
+    }
+
+    /// Closes standard input, and waits for the process to end.
+    ///
+    /// # Errors
+    /// Returns an error if the system does not tell.
+    pub fn wait(&mut self) -> io::Result<ExitStatus> {
+        drop(self.stdin.take());
+        loop {
+            // Unlock while this thread sleeps, so that the process can be killed.
+            if let Some(status) = self.try_wait()? {
+                return Ok(status);
+            }
+            thread::sleep(POLL);
+        }
+    }
+
+    /// Kills the process.
+    ///
+    /// # Errors
+    /// Returns an error if the process cannot be killed.
+    pub fn kill(&mut self) -> io::Result<()> {
+        locked(&self.child).kill()
+    }
+
+    /// Writes the input to the process, and waits for its end. Returns its output.
+    ///
+    /// # Errors
+    /// Returns an error if the output cannot be read.
+    pub fn feed(mut self, input: &[u8]) -> io::Result<Output> {
+        let stdin = self.stdin.take();
+        let (stdout, stderr) = (reader(self.stdout.take()), reader(self.stderr.take()));
+        let status = thread::scope(|scope| {
+            // The process may end before it has read everything, so ignore the error.
+            scope.spawn(move || stdin.is_some_and(|mut stdin| stdin.write_all(input).is_ok()));
+            self.wait()
+        })?;
+        Ok(Output {
+            status,
+            stdout: stdout.bytes()?,
+            stderr: stderr.bytes()?,
+        })
+    }
+
+    /// Closes standard input, and waits for the end of the process. Returns its output.
+    ///
+    /// # Errors
+    /// Returns an error if the output cannot be read.
+    pub fn wait_with_output(self) -> io::Result<Output> {
+        self.feed(&[])
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        end(&self.child);
+        let _ = locked(&self.child).wait();
+    }
+}
+
+/// The bytes that a thread reads from a pipe.
+struct Reading(mpsc::Receiver<io::Result<Vec<u8>>>);
+
+fn reader(pipe: Option<impl Read + Send + 'static>) -> Reading {
+    let (sender, receiver) = mpsc::channel();
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let read = pipe.map_or(Ok(0), |mut pipe| pipe.read_to_end(&mut bytes));
+        // The test has already failed if nobody receives.
+        let _ = sender.send(read.map(|_| bytes));
+    });
+    Reading(receiver)
+}
+
+impl Reading {
+    /// Returns the bytes. The process has ended, but one of its children may hold the pipe open.
+    fn bytes(self) -> io::Result<Vec<u8>> {
+        let read = self.0.recv_timeout(Duration::from_secs(5));
+        read.unwrap_or_else(|_| {
+            Err(io::Error::other(
+                "a child of the process still holds its output",
+            ))
+        })
+    }
+}
+
+/// A command that is run to its end.
+pub trait RunToEnd {
+    /// Runs the command with this input and the usual limit. Returns its output.
+    ///
+    /// # Errors
+    /// Returns an error if the process does not start, or its output cannot be read.
+    fn run_to_end(&mut self, input: &[u8]) -> io::Result<Output>;
+}
+
+impl RunToEnd for Command {
+    fn run_to_end(&mut self, input: &[u8]) -> io::Result<Output> {
+        run_within(LIMIT, self, input)
+    }
+}
+
+/// Runs a command with this input. Kills it after this time. Returns its output.
+///
+/// # Errors
+/// Returns an error if the process does not start, or its output cannot be read.
+pub fn run_within(limit: Duration, command: &mut Command, input: &[u8]) -> io::Result<Output> {
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    Process::start_within(limit, command)?.feed(input)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    const SHORT: Duration = Duration::from_millis(200);
+
+    fn shell(commands: &str) -> Command {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", commands]);
+        shell
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        shell
+    }
+
+    #[test]
+    fn a_read_from_a_silent_process_ends_at_the_limit() {
+        let began = Instant::now();
+        let mut silent = Process::start_within(SHORT, &mut shell("exec sleep 30")).expect("sh");
+        let mut bytes = Vec::new();
+        let mut stdout = silent.stdout.take().expect("a pipe");
+        let read = stdout.read_to_end(&mut bytes);
+        assert_eq!(read.expect("an end"), 0);
+        assert!(!silent.wait().expect("a status").success());
+        assert!(began.elapsed() < Duration::from_secs(20));
+    }
+
+    #[test]
+    fn a_process_that_does_not_end_fails_at_the_limit() {
+        for commands in ["exec sleep 30", "sleep 30; true"] {
+            let began = Instant::now();
+            let output = run_within(SHORT, &mut shell(commands), b"");
+            assert!(
+                !output.is_ok_and(|output| output.status.success()),
+                "{commands}"
+            );
+            assert!(began.elapsed() < Duration::from_secs(20), "{commands}");
+        }
+    }
+
+    #[test]
+    fn a_process_that_ends_in_time_has_its_output_and_status() {
+        let commands = "cat; echo told >&2; exit 3";
+        let input = vec![b'x'; 1 << 20];
+        let output = shell(commands).run_to_end(&input).expect("sh");
+        assert_eq!(output.status.code(), Some(3));
+        assert!(output.stdout == input);
+        assert_eq!(output.stderr, b"told\n");
+    }
+
+    #[test]
+    fn a_process_ends_with_the_test_that_started_it() {
+        let process = Process::start(&mut shell("exec sleep 30")).expect("sh");
+        let id = process.id().to_string();
+        drop(process);
+        let found = shell(&format!("kill -0 {id}")).run_to_end(b"").expect("sh");
+        assert!(!found.status.success());
+    }
+}
