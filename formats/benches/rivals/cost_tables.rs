@@ -63,7 +63,8 @@ const MOST_PER_CALL: &str = "
 The table shows the most bytes about which a `BufferedReceiver` asks its format in one call, whatever bytes arrive. If
 the longest frame has *n* bytes, a `push` asks about at most *n* bytes. A `poll` or a `line_event` decides about up to *n*
 − 1 pending bytes. It asks about the bytes from each pending byte to the last, so about at most *n* (*n* − 1) / 2 bytes.
-`Gnss` asks each of its three layouts. The bounds do not depend on the buffer.
+`Gnss` asks each of its three layouts. A `line_event` asks them again about incomplete bytes, so for `Gnss` its bound is
+twice the number in the table. The bounds do not depend on the buffer.
 
 Only false starts that lie in one another come near these bounds. If an interrupt handler has no time for as many bytes
 as `poll` and `line_event` examine, call only `push` there, and the other two in the main loop.
