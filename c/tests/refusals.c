@@ -45,8 +45,13 @@ static bool is_message_same(void)
 /* Encodes the received message into too little room. */
 static void encode_with_too_little_room(void)
 {
-    const size_t length = F(encode)(&message, frame, sizeof frame);
+    size_t length;
     size_t room;
+#ifdef HAS_SIGNATURE
+    /* The signature follows zeros that are left out, so the frame may be longer than the unshortened content. */
+    message.has_signature = true;
+#endif
+    length = F(encode)(&message, frame, sizeof frame);
 
     demand(length > 0U, "the values of a received frame can be encoded");
     /* Long frames take too long to check with every room. */

@@ -206,8 +206,12 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
         for pair in pulses.windows(2) {
             for axis in 0..3 {
                 // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-                let [before, after] = [pair[0][axis], pair[1][axis]].map(|width| width.abs_diff(PARK[axis]));
-                assert!(after <= before && before - after <= 24, "axis {axis}: {pair:?}");
+                let [before, after] =
+                    [pair[0][axis], pair[1][axis]].map(|width| width.abs_diff(PARK[axis]));
+                assert!(
+                    after <= before && before - after <= 24,
+                    "axis {axis}: {pair:?}"
+                );
             }
         }
         assert_eq!(pulses.last(), Some(&PARK));
