@@ -1,9 +1,9 @@
-//! See `framelock_fuzz_oracles::terminal`.
+//! See `framelock_oracles::terminal`.
 #![no_main]
 
 use std::sync::LazyLock;
 
-use framelock_fuzz_oracles::{LINES, terminal};
+use framelock_oracles::{LINES, terminal};
 use framelock_host::text_outputs::TextOutputs;
 
 static ALL: LazyLock<Vec<TextOutputs>> =

@@ -1,13 +1,11 @@
-//! Tests the formats against other crates' encoders and decoders, against the laws, and against the reference.
+//! Tests the formats against other crates' encoders and decoders, and against the laws.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
-mod against_reference;
 mod any_of;
 mod contradictions;
 mod dependency;
 mod display;
 mod laws;
-mod layouts;
 mod limits;
 mod nmea;
 mod others;

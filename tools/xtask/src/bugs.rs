@@ -28,7 +28,6 @@ const PROOFS_FOLDERS: &[&str] = &[
     "proofs",
     "formats",
     "firmware/reception",
-    "fuzz/oracles",
     "tools/prover",
     "c/headers",
     "c/proofs",
@@ -43,9 +42,6 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // Only tests of the core and of the formats depend on this package. These tests do not run here, but cargo needs
-    // the package.
-    "fuzz/oracles",
     "c/proofs",
 ];
 /// The prover's own harnesses: some must hold, and the others must fail.

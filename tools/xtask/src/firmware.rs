@@ -294,7 +294,7 @@ pub(crate) fn test_program(workspace: &Workspace) -> Result<PathBuf> {
 /// Copies the firmware's sources to a folder in which mistakes are then seeded. The firmware is a
 /// workspace of its own, but its package `reception` belongs to the surrounding workspace.
 pub(crate) fn copy(workspace: &Workspace, to: &Path) -> Result<()> {
-    let folders = ["core", "formats", "firmware", "fuzz/oracles"];
+    let folders = ["core", "formats", "firmware"];
     workspace.copy(to, &folders, &["core", "firmware/reception"])
 }
 

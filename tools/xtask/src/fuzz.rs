@@ -17,7 +17,7 @@ Examples:
   cargo xtask fuzz parser --seconds 900 --jobs 2    one target, for longer, on two cores
 
 New inputs are kept in fuzz/corpus-found, and inputs that show a bug in fuzz/artifacts. The exit code is 1 \
-if an input shows a bug. `cargo test -p framelock-fuzz-oracles` replays the committed corpora.";
+if an input shows a bug. `cargo test -p framelock-oracles` replays the committed corpora.";
 
 /// Search for inputs that contradict the theorems: a fuzzer generates inputs, and oracles check the outcomes
 #[derive(clap::Args)]

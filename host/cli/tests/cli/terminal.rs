@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use framelock_fuzz_oracles::{LINES, is_harmless, terminal};
 use framelock_host::text_outputs::TextOutputs;
+use framelock_oracles::{LINES, is_harmless, terminal};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -6,12 +6,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use framelock_fuzz_oracles::{Occurred, TARGETS};
+use framelock_oracles::{Occurred, TARGETS};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 fn corpus() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpus")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus")
 }
 
 /// Returns the outcomes that a target can never have.
@@ -95,7 +95,7 @@ fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
     // The tests of the command line replay `terminal`, and the tests of descriptions replay `description`.
     let names = TARGETS.iter().map(|&(name, _)| name);
     let names: Vec<&str> = names.chain(["terminal", "description"]).collect();
-    let manifest = include_str!("../../Cargo.toml");
+    let manifest = include_str!("../../../fuzz/Cargo.toml");
     let fuzzed = manifest.split("[[bin]]\nname = \"").skip(1);
     let fuzzed: Vec<&str> = fuzzed.filter_map(|rest| rest.split('"').next()).collect();
     assert_eq!(fuzzed, names);

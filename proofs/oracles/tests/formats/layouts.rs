@@ -11,7 +11,7 @@ use std::ops::Range;
 use framelock::Classification::Frame;
 use framelock::LineEvent;
 use framelock_formats::layout::*;
-use framelock_fuzz_oracles::{LONGEST, Occurred, Stream, StreamStep, interpret, layouts};
+use framelock_oracles::{LONGEST, Occurred, Stream, StreamStep, interpret, layouts};
 use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;

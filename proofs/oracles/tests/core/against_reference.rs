@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use framelock::motion::Bin;
 use framelock::{Counters, Line, LineEvent, Receiver};
-use framelock_fuzz_oracles::{AnyFormat, Occurred, Stream, StreamStep, framing, parser, reader};
+use framelock_oracles::{AnyFormat, Occurred, Stream, StreamStep, framing, parser, reader};
 use framelock_proofs::reference::{self, whole_buffer};
 use proptest::prelude::*;
 

@@ -3,7 +3,7 @@
 
 use std::sync::Mutex;
 
-use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Occurred, Protocol, formats};
+use framelock_oracles::{Fault, FormatLine, FormatStep, Occurred, Protocol, formats};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -1,7 +1,7 @@
 //! The properties that fuzz targets and property tests check: one function for each property.
 //!
 //! Each function takes a structured input and panics if the input shows a bug. The function does not depend on the
-//! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`), or the committed corpora, which the
+//! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`tests`), or the committed corpora, which the
 //! tests here replay on stable Rust. So once an input has shown a bug and is in a corpus, every later run of the tests
 //! checks this input.
 //!

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use framelock::motion::{Failsafe, FailsafeError, Output, Phase, Setpoint};
-use framelock_fuzz_oracles::{Occurred, Schedule, ScheduleStep, failsafe};
+use framelock_oracles::{Occurred, Schedule, ScheduleStep, failsafe};
 use proptest::prelude::*;
 
 type FailsafeParameters = framelock::motion::FailsafeParameters<u8, 3>;
