@@ -1,6 +1,6 @@
 //! Counts the outcome of every byte, and reacts when the UART reports an error or the line falls silent.
 //!
-//! `cargo run -p framelock-examples --bin line_events_and_counters`
+//! `cargo run -p framelock --example line_events_and_counters`
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};

@@ -18,22 +18,11 @@ use framelock_formats::{
 
 use crate::{DIALECT, built, frame};
 
-#[path = "../../../core/examples/own_format.rs"]
-#[expect(dead_code, reason = "only its format is needed here")]
-mod own_format;
-
-fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
+pub(crate) fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
     for frame in frames {
         let mut stream = [frame, &frame[..3]].concat();
         check_laws(format, &mut stream).unwrap_or_else(|broken| panic!("{broken}: {stream:02X?}"));
     }
-}
-
-/// The core's example of a handwritten format.
-#[test]
-fn own_format() {
-    let longest = [&b"\xAA\x1F"[..], &[1; 31], &[31]].concat();
-    keeps_the_laws(&own_format::Text, &[b"\xAA\x00\x00".to_vec(), longest]);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod laws;
 mod limits;
 mod nmea;
 mod others;
+mod own_format;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::{KnownMessage, Layout, LayoutBuilder};

@@ -1,6 +1,6 @@
 //! Receives frames of your own formats: one of fixed length, and one with the length in its header.
 //!
-//! `cargo run -p framelock-examples --bin own_format`
+//! `cargo run -p framelock-formats --example own_format`
 
 use framelock::{
     BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, LineEvent,
