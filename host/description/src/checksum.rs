@@ -23,11 +23,13 @@ macro_rules! catalogue {
     ($($name:ident)*) => {
         &[$((stringify!($name), {
             let crc = crc_catalog::$name;
-            Crc::new(crc.width as u32, crc.poly as u32)
-                .initial(crc.init as u32)
-                .reflected_in(crc.refin)
-                .reflected_out(crc.refout)
-                .xor_out(crc.xorout as u32)
+            Algorithm::Crc(Crc {
+                initial: crc.init as u32,
+                reflected_in: crc.refin,
+                reflected_out: crc.refout,
+                xor_out: crc.xorout as u32,
+                ..Crc::new(crc.width as u32, crc.poly as u32)
+            })
         })),*]
     };
 }
@@ -35,7 +37,7 @@ macro_rules! catalogue {
 /// The CRCs of the catalogue that have 8 to 32 bits.
 #[rustfmt::skip]
 #[allow(clippy::unnecessary_cast, reason = "the catalogue has three types of numbers")]
-const CATALOGUE: &[(&str, Crc)] = catalogue!(
+const CATALOGUE: &[(&str, Algorithm)] = catalogue!(
     CRC_8_AUTOSAR CRC_8_BLUETOOTH CRC_8_CDMA2000 CRC_8_DARC CRC_8_DVB_S2 CRC_8_GSM_A CRC_8_GSM_B
     CRC_8_HITAG CRC_8_I_432_1 CRC_8_I_CODE CRC_8_LTE CRC_8_MAXIM_DOW CRC_8_MIFARE_MAD CRC_8_NRSC_5
     CRC_8_OPENSAFETY CRC_8_ROHC CRC_8_SAE_J1850 CRC_8_SMBUS CRC_8_TECH_3250 CRC_8_WCDMA
@@ -78,11 +80,9 @@ impl TryFrom<String> for Named {
     fn try_from(name: String) -> Result<Self, String> {
         let alias = aliases().find(|(alias, _)| plain(alias) == plain(&name));
         let wanted = plain(alias.map_or(&name, |(_, name)| name));
-        if let Some((_, sum)) = SUMS.iter().find(|(sum, _)| plain(sum) == wanted) {
+        let mut all = SUMS.iter().chain(CATALOGUE);
+        if let Some((_, sum)) = all.find(|(sum, _)| plain(sum) == wanted) {
             return Ok(Self(*sum));
-        }
-        if let Some((_, crc)) = CATALOGUE.iter().find(|(crc, _)| plain(crc) == wanted) {
-            return Ok(Self(Algorithm::Crc(*crc)));
         }
         let sums = SUMS.iter().map(|(name, _)| *name);
         let mut all: Vec<&str> = sums
@@ -107,7 +107,10 @@ pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {
             let tables = kept(crc.table_of_sixteens());
-            Algorithm::Crc(crc.table(Table::Sixteens(tables)))
+            Algorithm::Crc(Crc {
+                table: Table::Sixteens(tables),
+                ..crc
+            })
         }
         sum => sum,
     }

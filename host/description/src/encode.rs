@@ -121,18 +121,18 @@ impl Kind {
             // A sender that leaves out zeros still sends the payload's first byte, even if no value is given.
             let whole = self.least_length(self.fields.iter().filter_map(|field| field.end(0)));
             let first = self.first_zero() + self.from_end;
-            whole.min(first).max(self.layout.shortest())
+            whole.min(first).max(self.layout.shortest)
         } else {
-            self.layout.shortest()
+            self.layout.shortest
         };
         let length = self.next_length(self.least_length(ends).max(shortest));
         let mut frame = vec![0; length];
         // Write the first of several syncs or terminators, unless a field selects another one.
-        let end = length.saturating_sub(self.layout.terminator().length);
-        for (at, patterns) in [(0, self.layout.sync()), (end, self.layout.terminator())] {
+        let end = length.saturating_sub(self.layout.terminator.length);
+        for (at, patterns) in [(0, self.layout.sync), (end, self.layout.terminator)] {
             put_bytes(patterns.each().next().unwrap_or_default(), &mut frame, at);
         }
-        if let Some(trailer) = self.layout.trailer().filter(|_| !appended.is_empty())
+        if let Some(trailer) = self.layout.trailer.filter(|_| !appended.is_empty())
             && let Some(byte) = frame.get_mut(trailer.at)
         {
             *byte |= trailer.mask & trailer.mask.wrapping_neg();
@@ -169,7 +169,7 @@ impl Kind {
     /// For a sender that leaves out zeros, returns the index of the first byte that may be left out.
     #[must_use]
     pub fn first_zero(&self) -> usize {
-        let shortest = self.layout.shortest().saturating_sub(self.from_end);
+        let shortest = self.layout.shortest.saturating_sub(self.from_end);
         self.header.max(shortest) + 1
     }
 
@@ -216,7 +216,7 @@ impl Kind {
         match layout.classify(frame) {
             Classification::Rejected(DiscardReason::UnknownMessage) => {
                 let what = "there is no such message: the description lists the messages";
-                let Some(messages) = layout.messages() else {
+                let Some(messages) = layout.messages else {
                     return what.into();
                 };
                 let at = messages.number.at;
@@ -231,8 +231,8 @@ impl Kind {
                 "there is no frame of {} bytes with these values: the description allows frames of {} \
                  to {} bytes, and determines their first bytes, their content, their kind and their last bytes",
                 frame.len(),
-                layout.shortest(),
-                layout.longest()
+                layout.shortest,
+                layout.longest
             ),
         }
     }

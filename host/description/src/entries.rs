@@ -154,28 +154,38 @@ fn sequences(text: &str) -> Result<Vec<Vec<u8>>, String> {
 pub(crate) struct Terminators {
     /// The first alternative, and all others that have the length of the first.
     pub(crate) first: Alternatives,
-    pub(crate) others: Vec<Vec<u8>>,
+    /// Alternatives of other lengths.
+    pub(crate) others: [Alternatives; 2],
 }
 
 impl TryFrom<String> for Terminators {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        let each = sequences(&text)?;
-        let length = each.first().map_or(0, Vec::len);
-        let (same, others): (Vec<_>, Vec<_>) = each.into_iter().partition(|it| it.len() == length);
-        let bytes = same.concat();
-        Ok(Self {
-            first: Alternatives { bytes, length },
-            others,
-        })
+        let mut rest = sequences(&text)?;
+        let mut of_one_length = || {
+            let length = rest.first().map_or(0, Vec::len);
+            let all = std::mem::take(&mut rest).into_iter();
+            let (same, others): (Vec<_>, _) = all.partition(|it| it.len() == length);
+            rest = others;
+            let bytes = same.concat();
+            Alternatives { bytes, length }
+        };
+        let first = of_one_length();
+        let others = [of_one_length(), of_one_length()];
+        if rest.is_empty() {
+            Ok(Self { first, others })
+        } else {
+            Err("terminators can have at most three different lengths".into())
+        }
     }
 }
 
 impl Terminators {
     /// Returns true if a field may select one of the alternatives: all have the same length, and there are several.
     pub(crate) fn may_be_a_field(&self) -> bool {
-        self.others.is_empty() && self.first.bytes.len() > self.first.length
+        let [other, _] = &self.others;
+        other.bytes.is_empty() && self.first.bytes.len() > self.first.length
     }
 }
 
@@ -282,10 +292,12 @@ pub(crate) struct LengthEntry {
 
 impl LengthEntry {
     pub(crate) fn field(&self) -> LengthField {
-        LengthField::new(self.number.at(self.at.0))
-            .mask(self.mask.unwrap_or(u32::MAX))
-            .factor(self.factor.unwrap_or(1))
-            .plus(self.plus)
+        LengthField {
+            number: self.number.at(self.at.0),
+            mask: self.mask.unwrap_or(u32::MAX),
+            factor: self.factor.unwrap_or(1),
+            plus: self.plus,
+        }
     }
 }
 
@@ -310,12 +322,14 @@ pub(crate) struct ChecksumEntry {
 impl ChecksumEntry {
     /// Returns the checksum, or the reason why the entry does not name an algorithm.
     pub(crate) fn checksum(&self) -> Result<Checksum<'static>, &'static str> {
-        Ok(Checksum::at_the_end(self.stored.bytes)
-            .algorithm(self.algorithm()?)
-            .encoding(self.stored.encoding)
-            .at(self.at)
-            .from(self.from)
-            .to(self.to.unwrap_or(self.at.saturating_sub(1))))
+        Ok(Checksum {
+            algorithm: self.algorithm()?,
+            bytes: self.stored.bytes,
+            encoding: self.stored.encoding,
+            at: self.at,
+            from: self.from,
+            to: self.to.unwrap_or(self.at.saturating_sub(1)),
+        })
     }
 
     fn algorithm(&self) -> Result<Algorithm<'static>, &'static str> {
@@ -331,12 +345,13 @@ impl ChecksumEntry {
             }
         };
         let reflected = self.reflected.unwrap_or_default();
-        let crc = Crc::new(width, polynomial)
-            .initial(self.initial.unwrap_or_default())
-            .reflected_in(reflected)
-            .reflected_out(reflected)
-            .xor_out(self.xor.unwrap_or_default());
-        Ok(Algorithm::Crc(crc))
+        Ok(Algorithm::Crc(Crc {
+            initial: self.initial.unwrap_or_default(),
+            reflected_in: reflected,
+            reflected_out: reflected,
+            xor_out: self.xor.unwrap_or_default(),
+            ..Crc::new(width, polynomial)
+        }))
     }
 }
 
@@ -428,10 +443,12 @@ impl Row {
     pub(crate) fn message(self) -> KnownMessage {
         match self {
             Self::Number([number]) => KnownMessage::new(number),
-            Self::Extra(number, extra) => KnownMessage::new(number).extra(extra),
-            Self::Most(number, extra, most) => {
-                KnownMessage::new(number).extra(extra).longest_payload(most)
-            }
+            Self::Extra(number, extra) => Self::Most(number, extra, u16::MAX).message(),
+            Self::Most(number, extra, longest_payload) => KnownMessage {
+                number,
+                longest_payload,
+                extra: Some(extra),
+            },
         }
     }
 }
@@ -455,7 +472,11 @@ pub(crate) struct TrailerEntry {
 
 impl TrailerEntry {
     pub(crate) fn trailer(&self) -> Trailer {
-        Trailer::new(self.at.0, self.mask, self.bytes)
+        Trailer {
+            at: self.at.0,
+            mask: self.mask,
+            bytes: self.bytes,
+        }
     }
 }
 

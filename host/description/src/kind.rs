@@ -1,6 +1,6 @@
 //! A kind of frames, and the values of its fields in a frame.
 
-use framelock_formats::Layout;
+use framelock_formats::CheckedLayout;
 
 use crate::field::{Class, Field, NumberType};
 use crate::value::Value;
@@ -14,7 +14,7 @@ pub struct Kind {
     /// The name of the kind.
     pub name: String,
     /// The layout of a frame.
-    pub layout: Layout<'static>,
+    pub layout: CheckedLayout<'static>,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
     /// The exclusive end index of each field, in ascending order; `None` if a field takes the rest of the frame.
@@ -52,7 +52,7 @@ impl Kind {
     #[inline]
     #[must_use]
     pub fn contents<'f>(&'f self, frame: &'f [u8]) -> Contents<'f> {
-        let trailer = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
+        let trailer = self.layout.trailer.map_or(0, |it| it.bytes_after(frame));
         let place = frame.len().saturating_sub(trailer);
         let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
         Contents {
@@ -74,7 +74,7 @@ impl Kind {
         if self.message_names.is_empty() {
             return None;
         }
-        let number = self.layout.messages()?.number;
+        let number = self.layout.messages?.number;
         let kind = NumberType {
             class: Class::Unsigned,
             bytes: number.bytes,
@@ -107,7 +107,7 @@ impl Kind {
     /// Returns true if some field ends at the end of the frame, or takes the rest of the frame. Zeros that the sender
     /// has left out count as present.
     fn has_length_of(&self, frame: &[u8]) -> bool {
-        let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
+        let appended = self.layout.trailer.map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
         let end = length.saturating_sub(appended + self.from_end);
         match &self.ends {

@@ -56,7 +56,7 @@ use std::io::Read;
 use std::path::Path;
 
 use framelock::{Classification, Format as _, LineEvent};
-use framelock_formats::{AnyOf, Layout};
+use framelock_formats::{AnyOf, CheckedLayout};
 
 pub use field::{Class, Field, NumberType, Type};
 pub use item::Item;
@@ -84,7 +84,7 @@ pub struct Description {
     /// The columns for the values of all kinds. If there are several kinds, the first column contains the name of the
     /// kind.
     pub columns: Vec<Column>,
-    layouts: &'static [Layout<'static>],
+    layouts: &'static [CheckedLayout<'static>],
 }
 
 /// A value's name in a table.
@@ -292,7 +292,7 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
         let of_kind = || written.kinds.first().map(toml::Spanned::span);
         Problem(place.or_else(of_kind).unwrap_or(0..0), what)
     })?;
-    let layouts: Vec<Layout> = kinds.iter().map(|kind| kind.layout).collect();
+    let layouts: Vec<CheckedLayout> = kinds.iter().map(|kind| kind.layout).collect();
     for (number, layout) in layouts.iter().enumerate() {
         if let Some(earlier) = layouts.iter().take(number).position(|it| it == layout)
             && let (Some(kind), Some(earlier)) = (kinds.get(number), kinds.get(earlier))

@@ -82,16 +82,16 @@ impl Kind {
                 positions.extend(bytes.map(|bytes| (Part::Value(field, number), bytes)));
             }
         }
-        positions.push((Part::Sync, 0..self.layout.sync().length));
-        if let Length::Field(field) = self.layout.length() {
+        positions.push((Part::Sync, 0..self.layout.sync.length));
+        if let Length::Field(field) = self.layout.length {
             positions.push((Part::Length, field.number.at..field.number.end()));
         }
-        let checksum = self.layout.checksum();
+        let checksum = self.layout.checksum;
         let checksum = checksum.filter(|checksum| is_whole || checksum.at >= 0);
         let checksum = checksum.and_then(|checksum| checksum_position(&checksum, length));
         positions.extend(checksum.map(|bytes| (Part::Checksum, bytes)));
         if is_whole {
-            let from = length.saturating_sub(self.layout.terminator().length);
+            let from = length.saturating_sub(self.layout.terminator.length);
             positions.push((Part::Terminator, from..length));
         }
         positions
@@ -101,18 +101,18 @@ impl Kind {
     #[must_use]
     pub fn shortest_with(&self, field: &Field) -> Option<usize> {
         if field.is_appended {
-            return Some(self.layout.shortest());
+            return Some(self.layout.shortest);
         }
         let shortest = field.end(0)? + field.margin;
-        (shortest > self.layout.shortest()).then_some(shortest)
+        (shortest > self.layout.shortest).then_some(shortest)
     }
 
     /// Returns the length of the shortest frame with room for three things: the header, fields with these
     /// [`end`](Field::end)s, and all parts that are counted from the end. The format's shortest frame may be longer. If
     /// all frames have the same length, returns this length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
-        match self.layout.length() {
-            Length::Fixed => self.layout.longest(),
+        match self.layout.length {
+            Length::Fixed => self.layout.longest,
             _ => ends.into_iter().fold(self.header, usize::max) + self.from_end,
         }
     }
@@ -121,7 +121,7 @@ impl Kind {
     /// Returns `None` if any length is possible.
     #[must_use]
     pub fn multiple(&self) -> Option<(usize, usize)> {
-        let Length::Field(field) = self.layout.length() else {
+        let Length::Field(field) = self.layout.length else {
             return None;
         };
         let factor = i64::from(field.factor);

@@ -29,10 +29,11 @@ pub(crate) fn kind(
 ) -> Result<Kind, Problem> {
     let (mut kind, owners) = untabled(name, written, is_one_of_many)?;
     // Compute the table last, when the description is known to be valid.
-    if let Some(checksum) = kind.layout.checksum() {
-        let checksum = checksum.algorithm(tabled(checksum.algorithm));
-        let built = kind.layout.to_builder().checksum(checksum).build();
-        kind.layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
+    let mut layout = kind.layout.layout();
+    if let Some(checksum) = &mut layout.checksum {
+        checksum.algorithm = tabled(checksum.algorithm);
+        let checked = layout.check();
+        kind.layout = checked.map_err(|contradiction| placed(written, contradiction, &owners))?;
     }
     if let Some(messages) = &written.messages {
         kind.message_names = message_names(&messages.get_ref().known);
@@ -69,35 +70,32 @@ fn untabled(
     let length = length(written)?;
     let fields = written.fields.iter().map(field);
     let mut fields = fields.collect::<Result<Vec<_>, _>>()?;
-    let messages = messages(written)?;
-    let mut builder = Layout::builder()
-        .sync(patterns(sync))
-        .length(length)
-        .terminator(patterns(terminator));
+    let mut layout = Layout {
+        sync: patterns(sync),
+        length,
+        messages: messages(written)?,
+        terminator: patterns(terminator),
+        ..Layout::NONE
+    };
     if let Some(ends) = ends {
-        let others = ends.others.iter();
-        let others: Vec<&[u8]> = others.map(|end| kept(end.clone()).as_slice()).collect();
-        builder = builder.other_terminators(kept(others));
+        layout.other_terminators = ends.others.each_ref().map(patterns);
     }
     if let Some(entry) = &written.content {
-        builder = builder.content(kept(entry.get_ref().0.clone()));
+        layout.content = kept(entry.get_ref().0.clone());
     }
     if let Some(entry) = &written.trailer {
         let trailer = entry.get_ref().trailer();
-        builder = builder.trailer(trailer);
+        layout.trailer = Some(trailer);
         fields.push(appended(entry.get_ref(), trailer.bytes)?);
-    }
-    if let Some(messages) = messages {
-        builder = builder.messages(messages);
     }
     let checksum = written.checksum.as_ref();
     if let Some(entry) = checksum {
-        builder = builder.checksum(entry.get_ref().checksum().map_err(at(entry))?);
+        layout.checksum = Some(entry.get_ref().checksum().map_err(at(entry))?);
     }
     // A frame may consist of only the delimiter.
     let header = match length {
-        Length::Delimiter if sync.length == 0 && messages.is_none() => 0,
-        _ => builder.header(),
+        Length::Delimiter if sync.length == 0 && layout.messages.is_none() => 0,
+        _ => layout.header(),
     };
     let places = fields.iter().map(|field| field.at);
     let places = places.chain(checksum.map(|entry| entry.get_ref().at));
@@ -105,19 +103,14 @@ fn untabled(
     let from_end = from_end.fold(terminator.length, usize::max);
     take_what_is_left(&mut fields, written, from_end)?;
     let (fixed, owners) = fixed_bits(&fields);
-    if is_one_of_many
-        && messages.is_none()
-        && let Some(messages) = telling(&fixed, header)
-    {
-        builder = builder.messages(messages);
+    if is_one_of_many && layout.messages.is_none() {
+        layout.messages = telling(&fixed, header);
     }
-    let (shortest, longest) = bounds(written, header + from_end)?;
-    let built = builder
-        .shortest(shortest)
-        .longest(longest)
-        .fixed(kept(fixed))
-        .build();
-    let layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
+    (layout.shortest, layout.longest) = bounds(written, header + from_end)?;
+    layout.fixed = kept(fixed);
+    let layout = layout
+        .check()
+        .map_err(|contradiction| placed(written, contradiction, &owners))?;
     let kind = Kind {
         name: name.to_owned(),
         layout,
@@ -131,7 +124,7 @@ fn untabled(
         message_names: Vec::new(),
     };
     let alone = layout.longest_without_trailer();
-    for length in [layout.shortest(), alone] {
+    for length in [layout.shortest, alone] {
         check_positions(written, &kind, length, alone)?;
     }
     Ok((kind, owners))
@@ -145,7 +138,7 @@ fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) 
     }
     let length = || span(written.length.as_ref());
     let fields = || written.fields.iter().map(Spanned::get_ref);
-    let place = match contradiction.part() {
+    let place = match contradiction.part {
         Part::Sync => span(written.sync.as_ref()),
         Part::Length => span(written.length_field.as_ref()).or_else(length),
         Part::Shortest | Part::Longest => span(written.longest.as_ref()).or_else(length),
@@ -164,7 +157,7 @@ fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) 
         Part::Trailer => span(written.trailer.as_ref()),
         _ => None,
     };
-    Problem(place.unwrap_or_default(), contradiction.message().into())
+    Problem(place.unwrap_or_default(), contradiction.message.into())
 }
 
 fn patterns(alternatives: &Alternatives) -> Patterns<'static> {
@@ -235,7 +228,7 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
     if let Some(entry) = &written.messages {
         let known = known(&entry.get_ref().known);
         let number = entry.get_ref().number();
-        messages = Some(Messages::new(number, known));
+        messages = Some(Messages { number, known });
     }
     for entry in written.fields.iter().map(Spanned::get_ref) {
         let Some(place) = &entry.value else { continue };
@@ -259,7 +252,10 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
         if known.is_empty() || known.iter().any(is_too_large) {
             return wrong(place, "these values do not fit the field");
         }
-        messages = Some(Messages::new(number.at(at), known));
+        messages = Some(Messages {
+            number: number.at(at),
+            known,
+        });
     }
     Ok(messages)
 }
@@ -333,5 +329,5 @@ fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let bytes = (0..=u8::MAX).filter(|byte| byte & mask == value);
     let known = sorted(bytes.map(|byte| KnownMessage::new(byte.into())));
     let number = framelock_formats::layout::Number::byte(usize::try_from(at).ok()?);
-    Some(Messages::new(number, known))
+    Some(Messages { number, known })
 }

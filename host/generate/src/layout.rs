@@ -8,13 +8,13 @@ use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use minijinja::{Value, context};
 
 pub(crate) fn value(layout: &Layout) -> Value {
-    let fixed = layout.fixed().iter();
+    let fixed = layout.fixed.iter();
     let fixed = fixed.map(|it| context! { at => it.at, mask => it.mask, value => it.value });
-    let content = layout.content().iter();
+    let content = layout.content.iter();
     let content = content.map(|(first, last)| format!("({first:#04X}, {last:#04X})"));
-    let others = layout.other_terminators().iter();
-    let others = others.map(|end| format!("&[{}]", hex(end).join(", ")));
-    let (length_kind, length) = match layout.length() {
+    let has_others = layout.other_terminators.iter().any(|it| it.length > 0);
+    let others = layout.other_terminators.each_ref().map(patterns);
+    let (length_kind, length) = match layout.length {
         Length::Field(it) => {
             let number = number(&it.number);
             let field = context! { number, mask => it.mask, factor => it.factor, plus => it.plus };
@@ -24,18 +24,18 @@ pub(crate) fn value(layout: &Layout) -> Value {
         _ => ("Fixed", None),
     };
     context! {
-        sync => patterns(&layout.sync()),
+        sync => patterns(&layout.sync),
         length_kind,
         length,
-        shortest => layout.shortest(),
-        longest => layout.longest(),
+        shortest => layout.shortest,
+        longest => layout.longest,
         fixed => fixed.collect::<Vec<_>>(),
-        messages => layout.messages().as_ref().map(messages),
-        checksum => layout.checksum().as_ref().map(checksum),
-        terminator => patterns(&layout.terminator()),
+        messages => layout.messages.as_ref().map(messages),
+        checksum => layout.checksum.as_ref().map(checksum),
+        terminator => patterns(&layout.terminator),
         content => content.collect::<Vec<_>>(),
-        other_terminators => others.collect::<Vec<_>>(),
-        trailer => layout.trailer().as_ref().map(trailer),
+        other_terminators => has_others.then_some(others),
+        trailer => layout.trailer.as_ref().map(trailer),
     }
 }
 
@@ -54,7 +54,7 @@ fn number(number: &Number) -> Value {
 
 fn messages(messages: &Messages) -> Value {
     let known = messages.known.iter().map(|it| {
-        context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra, has_extra => it.has_extra.to_string() }
+        context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra }
     });
     // A large table is a constant of `framelock-formats`. The generated module uses the constant's
     // name instead of the table's content.

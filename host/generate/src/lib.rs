@@ -14,7 +14,7 @@ use std::collections::HashSet;
 
 use framelock::Format as _;
 use framelock_description::{Class, Description, Field, Kind, Type};
-use framelock_formats::Layout;
+use framelock_formats::CheckedLayout;
 use framelock_formats::layout::{ByteOrder, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<Layout> = description.kinds.iter().map(|kind| kind.layout).collect();
+    let layouts: Vec<CheckedLayout> = description.kinds.iter().map(|kind| kind.layout).collect();
     for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
         kind.layout = c::value(layout, table);
         for item in &mut kind.items {
@@ -164,19 +164,19 @@ impl Program {
 
 impl KindItem {
     fn new(kind: &Kind, name: String, language: &Language) -> Self {
-        let is_fixed = kind.layout.length() == Length::Fixed;
+        let is_fixed = kind.layout.length == Length::Fixed;
         let is_cut = |field: &Field| {
             let is_alone = !field.is_appended && field.length().is_some();
             kind.has_truncated_zeros && is_alone && kind.shortest_with(field).is_some()
         };
         let start = if is_fixed {
-            kind.layout.longest()
+            kind.layout.longest
         } else {
             let fields = kind.fields.iter();
             let always =
                 fields.filter(|field| kind.shortest_with(field).is_none() || is_cut(field));
             let least = kind.least_length(always.filter_map(|field| field.end(0)));
-            least.max(kind.layout.shortest())
+            least.max(kind.layout.shortest)
         };
         let mut taken = language.keywords();
         let items = kind.varying_fields().map(|field| {

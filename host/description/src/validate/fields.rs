@@ -173,7 +173,7 @@ pub(super) fn fixed_bits(fields: &[Field]) -> (Vec<FixedBits>, Vec<usize>) {
         for (byte, (mask, value)) in bytes {
             let byte = u16::try_from(byte).unwrap_or(u16::MAX);
             let at = field.at.saturating_add_unsigned(byte);
-            fixed.push(FixedBits::new(at, mask, value));
+            fixed.push(FixedBits { at, mask, value });
             owners.push(number);
         }
     }
@@ -201,7 +201,7 @@ pub(super) fn check_positions(
         let from = length.saturating_sub(terminator.get_ref().first.length);
         claims.push((terminator.span(), "the terminator", whole(from..length)));
     }
-    if let (Some(entry), Some(checksum)) = (&written.checksum, kind.layout.checksum()) {
+    if let (Some(entry), Some(checksum)) = (&written.checksum, kind.layout.checksum) {
         let bytes = checksum_position(&checksum, length).unwrap_or_default();
         claims.push((entry.span(), "the checksum", whole(bytes)));
     }
