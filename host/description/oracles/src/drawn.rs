@@ -109,7 +109,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
 }
 
 /// Returns the values of a frame, in the order of the columns.
-pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
+pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     let kind = description.kind(frame).unwrap();
     let mut row = vec![None; description.columns.len()];
     let place = |name: &str| {
@@ -133,17 +133,13 @@ pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json
 }
 
 /// Returns frames with random values.
-pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let rows = (0..12).map(|_| description.encode(&row(description, random)));
     rows.filter_map(Result::ok).collect()
 }
 
 /// Returns the frame, or the same frame with another terminator.
-pub(crate) fn with_any_end(
-    description: &Description,
-    frame: &[u8],
-    random: &mut ChaCha8Rng,
-) -> Vec<u8> {
+pub fn with_any_end(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     let layout = &description.kinds[description.number(frame)].layout;
     let content = frame.len() - layout.terminator.length;
     let own = layout.terminator.length;
@@ -158,37 +154,23 @@ pub(crate) fn with_any_end(
     }
 }
 
-/// Returns a stream of frames with noise between them. The noise consists of pieces of these
-/// frames, and of random bytes.
-pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
-    let mut stream = Vec::new();
-    for bytes in frames {
-        match random.random_range(0..4) {
-            0 => stream.extend(bytes.iter().take(random.random_range(0..=bytes.len()))),
-            1 => stream.extend(bytes.iter().skip(random.random_range(0..=bytes.len()))),
-            2 => stream.push(random.random()),
-            _ => {}
-        }
-        stream.extend(bytes);
-    }
-    stream
-}
-
-pub(crate) const ENDS: &[&str] = &[
+/// Terminators.
+pub const ENDS: &[&str] = &[
     "'0D 0A'",
     "'0A'",
     "'04 | 1A'",
     "'0D 0A | 0A'",
     "'0A | 0D 0A | 0D 0D 0A'",
 ];
-pub(crate) const CONTENTS: &[&str] = &[
+/// Contents.
+pub const CONTENTS: &[&str] = &[
     "",
     "content = '00-FF except 0A 0D'\n",
     "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
 ];
 
 /// Types of fields: the number of bytes, and the keys of the field's entry.
-pub(crate) const FIELDS: &[(usize, &str)] = &[
+pub const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'bytes'"),
     (9, "type = 'text'"),
     (3, "type = 'bytes'\ncount = 3"),
@@ -204,10 +186,14 @@ pub(crate) const FIELDS: &[(usize, &str)] = &[
     (4, "type = 'f32be'"),
 ];
 
-pub(crate) const SYNCS: &[&str] = &["", "'24'", "'B5 62'", "'C8 | EE'", "'24 01 | 24 24'"];
-pub(crate) const LENGTHS: &[&str] = &["5", "9", "17", "24", "300"];
-pub(crate) const LENGTH_TYPES: &[&str] = &["'u8'", "'u16be'", "'u24le'"];
-pub(crate) const COUNTED: &[&str] = &[
+/// Syncs.
+pub const SYNCS: &[&str] = &["", "'24'", "'B5 62'", "'C8 | EE'", "'24 01 | 24 24'"];
+/// Fixed lengths.
+pub const LENGTHS: &[&str] = &["5", "9", "17", "24", "300"];
+/// Types of a length field.
+pub const LENGTH_TYPES: &[&str] = &["'u8'", "'u16be'", "'u24le'"];
+/// Further keys of a length field.
+pub const COUNTED: &[&str] = &[
     "",
     ", plus = 7",
     ", plus = -1",
@@ -217,7 +203,7 @@ pub(crate) const COUNTED: &[&str] = &[
 ];
 
 /// The forms of checksums: their algorithm, their type, and their number of bytes.
-pub(crate) const CHECKSUMS: &[(&str, &str, usize)] = &[
+pub const CHECKSUMS: &[(&str, &str, usize)] = &[
     ("name = 'xor'", "u8", 1),
     ("name = 'xor'", "hex8", 2),
     ("name = 'sum'", "u16le", 2),
@@ -234,7 +220,7 @@ pub(crate) const CHECKSUMS: &[(&str, &str, usize)] = &[
 ];
 
 /// Returns a random description, which may contradict itself.
-pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
+pub fn description(random: &mut ChaCha8Rng) -> String {
     let mut text = String::new();
     let mut one_of = |these: &[&str]| (*these.choose(random).unwrap()).to_owned();
     let sync = one_of(SYNCS);
