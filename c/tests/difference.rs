@@ -443,7 +443,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             _ => {}
         }
         count += piece.len();
-        if random.random_range(0..8) == 0 {
+        if random.random_range(0..4) == 0 {
             let most = if random.random() { 16 } else { 255 };
             for chunk in piece.chunks(random.random_range(1..=piece.len().clamp(1, most))) {
                 slices.insert(chunk.len());

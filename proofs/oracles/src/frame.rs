@@ -46,12 +46,18 @@ pub fn frame(
 
     let checksum = layout.checksum.filter(|checksum| checksum.at < 0);
     let tail = end.len() + checksum.map_or(0, |checksum| checksum.encoded_bytes());
+    let wanted = (layout.header() + content.len() + tail).max(layout.shortest);
     let length = match layout.length {
         Length::Fixed => layout.longest,
-        _ => (layout.header() + content.len() + tail)
-            .max(layout.shortest)
-            .min(layout.longest - trailer),
+        // The next length that the field can state.
+        Length::Field(field) => {
+            let (plus, factor) = (i64::from(field.plus), i64::from(field.factor));
+            let is_stated = |length: &usize| (*length as i64 - plus) % factor == 0;
+            (wanted..).find(is_stated).unwrap_or(wanted)
+        }
+        _ => wanted,
     };
+    let length = length.min(layout.longest - trailer);
     let header = (0..layout.header()).map(|_| byte(&mut choose));
     let mut frame: Vec<u8> = header.chain(content.iter().copied()).collect();
     frame.extend(repeat_with(|| byte(&mut choose)).take(layout.longest));

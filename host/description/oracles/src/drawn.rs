@@ -2,110 +2,17 @@
 
 use std::fmt::Write as _;
 
-use framelock_description::{Description, Field, Kind, Type, Value, hex};
+use framelock_description::{Description, Value};
+use framelock_oracles::frame;
 use rand::Rng;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 
-/// Returns the value that a field has in every frame of a view; `None` if the field does not identify the view's
-/// frames.
-fn identifying(view: &Kind, name: &str) -> Option<Json> {
-    let (from, bytes) = &view.sign;
-    let mut frame = vec![0; view.layout.longest];
-    frame[*from..][..bytes.len()].copy_from_slice(bytes);
-    let (field, content) = view.shown(&frame).find(|(field, _)| field.name == name)?;
-    let at = usize::try_from(field.at).ok()?;
-    let is_within = at >= *from && at + field.length()? <= from + bytes.len();
-    is_within.then(|| json(content.value()))
-}
-
 fn json(value: Value) -> Json {
     let mut text = Vec::new();
     value.append_json_to(&mut text);
     serde_json::from_slice(&text).unwrap()
-}
-
-/// Returns a row for a frame of one of the kinds or views, with arbitrary values of the fields' types.
-fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
-    // Draw small values, so that they fit the smallest type.
-    let most = *[1, 1, 3, 7].choose(random).unwrap();
-    let kind = description.kinds.choose(random).unwrap();
-    let view = kind.views.choose(random).filter(|_| random.random());
-    let shown = view.unwrap_or(kind);
-    let sync = kind.layout.sync.each().next().unwrap_or_default();
-    let end = kind.layout.terminator.each().last().unwrap_or_default();
-    // Some rows lack the last fields, which then are not in the frame.
-    let optional = shown.fields.iter();
-    let optional = optional.filter(|field| shown.shortest_with(field).is_some());
-    let mut missing: Vec<&str> = optional.map(|field| &*field.name).collect();
-    if !missing.is_empty() {
-        let present = random.random_range(0..=2 * missing.len());
-        missing.drain(..present.min(missing.len()));
-    }
-    let values = description.columns.iter().map(|column| {
-        let is_it =
-            |field: &&Field| (0..field.values()).any(|number| field.column(number) == column.name);
-        let field = shown.fields.iter().find(is_it);
-        if field.is_some_and(|field| missing.contains(&&*field.name)) {
-            return None;
-        }
-        if let Some(view) = view {
-            if let Some(value) = identifying(view, &column.name) {
-                return Some(value);
-            }
-            // A row that contains the whole payload does not belong to the view.
-            if field.is_none() && column.name != "kind" {
-                return None;
-            }
-        }
-        Some(match (&*column.name, column.is_text) {
-            ("kind", _) => shown.name.clone().into(),
-            ("address", _) => (*[0xC8, 0, 0xEA, 0xEC, 0xEE].choose(random).unwrap()).into(),
-            ("start", _) => sync
-                .first()
-                .map(|byte| char::from(*byte).to_string())
-                .into(),
-            ("end", _) => end.first().copied().into(),
-            ("sentence", _) if view.is_some() => {
-                format!("GP{}01", String::from_utf8_lossy(&shown.sign.1)).into()
-            }
-            ("sentence", _) => (*["GPTXT,01", "a\\\\\\x1B\\xFF", "\\x20 \\x20"]
-                .choose(random)
-                .unwrap())
-            .into(),
-            ("signature", _) => {
-                (*["", "00112233445566778899AABBCC"].choose(random).unwrap()).into()
-            }
-            (_, true) => {
-                // Draw short payloads, because some MAVLink messages allow only a few bytes. Also draw longer payloads,
-                // because some layouts allow only longer frames.
-                let long = kind.layout.shortest.max(21);
-                let rest = *[1, 2, 3, long].choose(random).unwrap();
-                let count = field.and_then(|field| field.count).unwrap_or(rest);
-                let ranges = kind.layout.content;
-                let is_content = |byte: &u8| ranges.iter().any(|(a, b)| (a..=b).contains(&byte));
-                let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
-                let all: Vec<u8> = all.collect();
-                let mut bytes: Vec<u8> = (0..count).map(|_| *all.choose(random).unwrap()).collect();
-                // Do not end with a zero, because encoding may leave out trailing zeros.
-                bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
-                let mut text = hex::glued(&bytes);
-                if field.is_some_and(|field| field.kind == Type::Text) {
-                    text.truncate(count);
-                }
-                text.into()
-            }
-            _ => {
-                let number = random.random_range(0..=most);
-                match field.and_then(|field| field.scale) {
-                    Some(scale) => serde_json::from_str(&scale.text(number.into())).unwrap(),
-                    None => number.into(),
-                }
-            }
-        })
-    });
-    values.collect()
 }
 
 /// Returns the values of a frame, in the order of the columns.
@@ -132,10 +39,35 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     row
 }
 
-/// Returns frames with random values.
+/// Returns random frames of the kinds and views, as they are encoded: for each, a frame of random bytes is decoded, and
+/// its values are encoded.
 pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
-    let rows = (0..12).map(|_| description.encode(&row(description, random)));
-    rows.filter_map(Result::ok).collect()
+    let made = (0..12).map(|_| {
+        let kind = description.kinds.choose(random)?;
+        let view = kind.views.choose(random).filter(|_| random.random());
+        let shown = view.unwrap_or(kind);
+        // The frame ends with one of the fields.
+        let rest = random.random_range(0..24);
+        let ends: Vec<usize> = shown
+            .fields
+            .iter()
+            .filter_map(|field| field.end(rest))
+            .collect();
+        let end = ends.choose(random).copied().unwrap_or(rest);
+        let most = *[1, 3, u8::MAX].choose(random)?;
+        let content = kind.layout.header()..end;
+        let content: Vec<u8> = content.map(|_| random.random_range(0..=most)).collect();
+        let filled = frame(&kind.layout, &content, |count| {
+            random.random_range(0..count)
+        });
+        let mut frame = filled.unwrap_or_else(|almost| almost);
+        let (at, sign) = &shown.sign;
+        frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
+        let is_sealed = kind.layout.seal(&mut frame) && description.is_frame(&frame);
+        let values = is_sealed.then(|| values(description, &frame))?;
+        description.encode(&values).ok()
+    });
+    made.flatten().collect()
 }
 
 /// Returns the frame, or the same frame with another terminator.

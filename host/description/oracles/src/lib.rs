@@ -4,6 +4,7 @@
 #![allow(
     clippy::indexing_slicing,
     clippy::missing_panics_doc,
+    clippy::must_use_candidate,
     clippy::unwrap_used,
     reason = "a panic is a finding"
 )]
