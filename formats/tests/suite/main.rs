@@ -6,6 +6,7 @@ mod any_of;
 mod contradictions;
 mod dependency;
 mod display;
+mod examined;
 mod laws;
 mod layouts;
 mod limits;
