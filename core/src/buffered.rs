@@ -497,7 +497,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// }) {
     ///     steps += 1;
     /// }
-    /// assert_eq!((steps, received), (4, vec![b"two".to_vec()]));
+    /// assert_eq!((steps, received), (3, vec![b"two".to_vec()]));
     /// ```
     pub fn line_event_step(
         &mut self,
