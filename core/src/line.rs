@@ -247,6 +247,28 @@ impl<P: Parser> Line<P> {
         self.next(&mut [].as_slice())
     }
 
+    /// Does one step of [`poll`](Self::poll). Returns false if the next decision needs more bytes. A program that has no
+    /// time for the whole work in one call does one step at a time until the step returns false.
+    ///
+    /// [`BufferedReceiver::poll_step`](crate::BufferedReceiver::poll_step) says how many bytes a step examines. Other
+    /// receivers leave nothing undecided.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::Bin;
+    /// use framelock::{Line, Receiver};
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// assert!(b"AB\0".iter().all(|&byte| line.push(byte).is_none()));
+    /// assert!(!line.poll_step(|_| unreachable!()));
+    /// ```
+    pub fn poll_step(&mut self, mut found: impl FnMut(Found<P::Message<'_>>)) -> bool {
+        let Self { parser, ledger } = self;
+        parser.poll_step(|one| {
+            ledger.found(&one);
+            found(one);
+        })
+    }
+
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
     /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
     ///
@@ -328,6 +350,40 @@ impl<P: Parser> Line<P> {
             ledger.found(&one);
             found(one);
         });
+    }
+
+    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. The last step, which
+    /// returns false, counts the event.
+    ///
+    /// After a line event, call this function until it returns false. Then the line has delivered and counted exactly
+    /// what one call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards.
+    ///
+    /// [`BufferedReceiver::line_event_step`](crate::BufferedReceiver::line_event_step) says how many bytes a step
+    /// examines. Other receivers decide about all pending bytes in one step.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::Bin;
+    /// use framelock::{Line, LineEvent, Receiver};
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// line.feed(b"AB\0", |_| unreachable!());
+    /// while line.line_event_step(LineEvent::Idle, |_| ()) {}
+    /// assert_eq!((line.counters().discarded.line_event, line.counters().events.idle), (3, 1));
+    /// ```
+    pub fn line_event_step(
+        &mut self,
+        event: LineEvent,
+        mut found: impl FnMut(Found<P::Message<'_>>),
+    ) -> bool {
+        let Self { parser, ledger } = self;
+        let is_pending = parser.line_event_step(event, |one| {
+            ledger.found(&one);
+            found(one);
+        });
+        if !is_pending {
+            ledger.counters.events.count(event, 1);
+        }
+        is_pending
     }
 
     /// Returns the number of pending bytes. These are the bytes at the end of the stream that may still become part of

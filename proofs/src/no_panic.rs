@@ -140,8 +140,18 @@ fn line_of_any_parser() {
     let (mut line, mut outcomes) = (any_line(), 0);
     line.line_event(any_line_event(), |_| outcomes += 1);
     assert!(outcomes == line.parser().outcomes);
+    let (mut line, mut stepped) = (any_line(), 0);
+    line.poll_step(|_| stepped += 1);
+    assert!(stepped == line.parser().outcomes);
+    let (mut line, mut stepped) = (any_line(), 0);
+    let events = line.counters().events.total();
+    let goes_on = line.line_event_step(any_line_event(), |_| stepped += 1);
+    assert!(stepped == line.parser().outcomes);
+    let is_counted = line.counters().events.total() != events;
+    // Only the last step of a line event counts the event.
+    assert!(is_counted != goes_on);
     let _ = line.pending();
-    kani::cover!(outcomes == 2, "two outcomes");
+    kani::cover!(outcomes == 2 && stepped == 2, "two outcomes");
     kani::cover!(message.is_some(), "a message");
 }
 

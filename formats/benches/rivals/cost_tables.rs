@@ -5,19 +5,9 @@ use std::fmt::{self, Write};
 use std::hint::black_box;
 use std::time::Instant;
 
-use framelock::Format;
-use framelock_formats::crsf::Crsf;
-use framelock_formats::gnss::Gnss;
-use framelock_formats::ibus::Ibus;
-use framelock_formats::mavlink::{Mavlink1, Mavlink2};
-use framelock_formats::nmea::Nmea;
-use framelock_formats::rtcm::Rtcm;
-use framelock_formats::sbus::Sbus;
-use framelock_formats::ubx::Ubx;
-
 use crate::chip::Program;
 use crate::costs::{self, BYTES, Case, SKIPPED};
-use crate::{mavlink2, tables, valgrind};
+use crate::{examined, mavlink2, tables, valgrind};
 
 const BEGINNING: &str = "\
 # What a byte costs
@@ -60,18 +50,25 @@ streams. An interrupt handler must have time for that many cycles.
 const MOST_PER_CALL: &str = "
 ## The most bytes that one call examines
 
-The table shows the most bytes about which a `BufferedReceiver` asks its format in one call, whatever bytes arrive. If
-the longest frame has *n* bytes, a `push` asks about at most *n* bytes. A `poll` or a `line_event` decides about up to *n*
-− 1 pending bytes. It asks about the bytes from each pending byte to the last, so about at most *n* (*n* − 1) / 2 bytes.
-`Gnss` asks each of its three layouts. A `line_event` asks them again about incomplete bytes, so for `Gnss` its bound is
-twice the number in the table. The bounds do not depend on the buffer.
+The table shows the most bytes about which a receiver asks its format in one call. *n* is the number of bytes in the
+longest frame. For each format with a `BufferedReceiver`, [a test](../formats/tests/suite/limits.rs) counts these bytes
+in a stream of false starts that lie in one another. Whatever bytes arrive, no stream exceeds these bounds:
 
-Only false starts that lie in one another come near these bounds. If an interrupt handler has no time for as many bytes
-as `poll` and `line_event` examine, call only `push` there, and the other two in the main loop.
-[A test](../formats/tests/suite/limits.rs) counts the bytes for CRSF and RTCM, in streams of such false starts.
+* `push` asks once, about at most *n* bytes.
+* `poll_step` asks once, about at most *n* − 1 bytes. `line_event_step` does, too.
+* `poll` and `line_event` decide about all pending bytes, up to *n* − 1. They ask about the bytes from each pending byte
+  to the last, so about at most *n* (*n* − 1) / 2 bytes.
+* `Gnss` and `AnyOf` are asked a second time at a line event. So for `line_event_step` and `line_event` their bounds are
+  twice as high. They pass each question on to their layouts. A layout whose sync differs examines only its first byte.
 
-| | longest frame | `push` | `poll`, `line_event` |
-| --- | ---: | ---: | ---: |
+If an interrupt handler has no time for `poll` or `line_event`, it can call `poll_step` or `line_event_step` instead, one
+step at each interrupt. A line event takes at most *n* − 1 steps. The bounds do not depend on the buffer.
+
+BIN, BIN-CRC8 and six axes have a `Receiver`, and their rows show bounds. `push` compares the newest *n* bytes with the
+fixed bytes in one operation. It leaves nothing undecided, so `poll` has nothing to do. A line event is one step, which
+compares the last bytes once for each number of bytes that may be pending. In a `Line`, a `push` that finds a broken
+frame makes these comparisons, too.
+
 ";
 
 const HERE: &str = "
@@ -131,7 +128,8 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
         }
     }
     checks(&mut text)?;
-    most_per_call(&mut text)?;
+    text.push_str(MOST_PER_CALL);
+    text.push_str(&examined::table());
     hostile_streams(&mut text, &cases)?;
     Ok(text)
 }
@@ -164,27 +162,6 @@ fn checks(text: &mut String) -> fmt::Result {
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]
-}
-
-/// Lists the most bytes about which one call asks a format.
-fn most_per_call(text: &mut String) -> fmt::Result {
-    text.push_str(MOST_PER_CALL);
-    let formats = [
-        ("SBUS", Sbus::LONGEST, 1),
-        ("iBUS", Ibus::LONGEST, 1),
-        ("CRSF", Crsf::LONGEST, 1),
-        ("UBX", Ubx::<106>::LONGEST, 1),
-        ("MAVLink 1", Mavlink1::LONGEST, 1),
-        ("MAVLink 2", Mavlink2::LONGEST, 1),
-        ("NMEA", Nmea::LONGEST, 1),
-        ("RTCM", Rtcm::LONGEST, 1),
-        ("`Gnss<1029>`", Gnss::<1029>::LONGEST, 3),
-    ];
-    for (name, longest, layouts) in formats {
-        let (push, all) = (layouts * longest, layouts * longest * (longest - 1) / 2);
-        writeln!(text, "| {name} | {longest} | {push} | {all} |")?;
-    }
-    Ok(())
 }
 
 fn hostile_streams(text: &mut String, cases: &[Case]) -> fmt::Result {

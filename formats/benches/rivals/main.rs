@@ -25,6 +25,8 @@ mod contender;
 mod cost_tables;
 mod costs;
 mod crsf;
+#[path = "../../tests/suite/examined.rs"]
+mod examined;
 mod figures;
 mod ibus;
 mod mavlink2;
