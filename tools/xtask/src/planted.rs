@@ -8,6 +8,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
+use framelock_limited::Process;
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use serde::Deserialize;
@@ -70,7 +71,10 @@ impl Test {
             cargo.args(self.target.iter().flat_map(|target| ["--test", target]));
             cargo
         };
-        if !tests().arg("--no-run").status()?.success() {
+        if !Process::start_within(3 * LIMIT, tests().arg("--no-run"))?
+            .wait()?
+            .success()
+        {
             return Ok(Outcome::NoResult);
         }
         let printed = root.join("target/printed");

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::ValueEnum;
+use framelock_limited::Process;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
@@ -243,7 +245,12 @@ impl Prover {
         if must_repeat() {
             command.arg("--anew");
         }
-        let output = command.stderr(Stdio::inherit()).output()?;
+        let limit = match action {
+            "list" => Duration::from_secs(1800),
+            _ => Duration::from_secs(86_400),
+        };
+        let prover = Process::start_within(limit, command.stdout(Stdio::piped()))?;
+        let output = prover.wait_with_output()?;
         serde_json::from_slice(&output.stdout)
             .context("the offline prover gave no answer; see above")
     }
