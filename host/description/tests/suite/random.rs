@@ -135,7 +135,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
     assert!(right > 200 && in_all > 5_000, "{right} {in_all}");
 }
 
-/// Runs the test of `cargo xtask fuzz description`.
+/// Runs the test of the fuzz target `description`.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/description");

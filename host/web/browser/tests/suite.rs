@@ -4,11 +4,10 @@
 //! page.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread;
+use std::process::Command;
 
+use framelock_limited::RunToEnd as _;
 use framelock_web_browser::{GO, Page, built};
 use serde_json::{Value, json};
 
@@ -60,19 +59,10 @@ fn list(value: &Value) -> &[Value] {
 /// Runs the command line with these bytes as its input. Returns the last line of its output, as
 /// JSON.
 fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
-    let mut child = Command::new(built("FRAMELOCK"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the command line can be run");
-    let mut to = child.stdin.take().expect("standard input is piped");
-    let output = thread::scope(|scope| {
-        scope.spawn(move || to.write_all(bytes));
-        child.wait_with_output()
-    });
+    let mut command = Command::new(built("FRAMELOCK"));
+    let output = command.args(arguments).run_to_end(bytes);
     let output = output.expect("the command ends");
-    assert!(output.status.success(), "{arguments:?}: {}", output.status);
+    assert!(output.status.success(), "{arguments:?}: {output:?}");
     let text = String::from_utf8(output.stdout).expect("the output is text");
     let last = text.lines().last().unwrap_or("null");
     serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
