@@ -256,7 +256,8 @@ fn a_buffer_of_two_frames_is_copied_less_than_once_per_byte() {
         before: [0; 128],
         changed: 0,
     };
-    let mut receiver = BufferedReceiver::with_buffer(Claimed(&rejected), &mut buffer).expect("it is long enough");
+    let mut receiver =
+        BufferedReceiver::with_buffer(Claimed(&rejected), &mut buffer).expect("it is long enough");
     let received = 10_000;
     for number in 0..received {
         assert!(receiver.push((number * 7 % 251 + 1) as u8).is_none());

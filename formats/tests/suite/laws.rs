@@ -175,7 +175,10 @@ fn a_frame_of_300_bytes() {
     let mut stream = longest.clone();
     let broken = check_laws(&Hasty, &mut stream).expect_err("it settles too soon");
     assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
-    assert_eq!(stream, longest, "the stream is restored after an error, too");
+    assert_eq!(
+        stream, longest,
+        "the stream is restored after an error, too"
+    );
 }
 
 /// Returns the frame with a signature and with the CRC that a signed frame has.
