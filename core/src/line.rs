@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use crate::{DiscardReason, Found, Parser};
+use crate::lecture::Lecture;
+use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -174,7 +175,7 @@ impl fmt::Display for Counters {
 ///     line.push(byte);
 /// }
 /// assert_eq!((line.counters().frames, line.pending()), (1, 4));
-/// line.line_event(LineEvent::Framing, |_| ());
+/// line.event(LineEvent::Framing);
 /// assert_eq!((line.counters().discarded.no_sync, line.counters().discarded.line_event), (6, 4));
 /// assert_eq!((line.counters().bytes, line.counters().frame_bytes), (7 + (6 + 4) + 0, 7));
 /// ```
@@ -227,6 +228,34 @@ impl<P> Line<P> {
     pub const fn is_after_loss(&self) -> bool {
         self.ledger.lost
     }
+}
+
+/// Defines [`Line::event`] for a receiver that delivers nothing at a line event, because its frames are delivered with
+/// their last byte.
+macro_rules! event_delivers_nothing {
+    ($([$($bound:tt)*] $receiver:ty)*) => { $(
+        impl<$($bound)*> Line<$receiver> {
+            /// Takes a line event, after which an incomplete frame cannot be continued. Discards and counts the pending
+            /// bytes. Does the same as [`line_event`](Line::line_event), which would report no frame, because this
+            /// receiver delivers each frame with its last byte.
+            ///
+            /// ```
+            /// use framelock::{Line, LineEvent, Receiver, motion::Bin};
+            /// let mut line = Line::new(Receiver::<Bin>::new());
+            /// line.push(b'A');
+            /// line.event(LineEvent::Idle);
+            /// assert_eq!((line.pending(), line.counters().discarded.line_event), (0, 1));
+            /// ```
+            #[inline]
+            pub fn event(&mut self, event: LineEvent) {
+                self.line_event(event, |_| ());
+            }
+        }
+    )* };
+}
+event_delivers_nothing! {
+    [F: FixedFormat] Receiver<F>
+    [] Lecture
 }
 
 impl<P: Parser> Line<P> {

@@ -34,7 +34,7 @@ use crate::{Line, Parser};
 ///         match reader.next_message_async().await {
 ///             Ok(Some(setpoint)) => actuate(setpoint),
 ///             Ok(None) => return, // The end of the source.
-///             Err(_) => reader.line_mut().line_event(LineEvent::Overrun, |_| ()),
+///             Err(_) => reader.line_mut().event(LineEvent::Overrun),
 ///         }
 ///     }
 /// }

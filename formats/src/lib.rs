@@ -45,8 +45,8 @@
 //!             }
 //!         }
 //!         Uart::Idle => line.line_event(LineEvent::Idle, |found| {
-//!             if let Some(frame) = found.message() {
-//!                 receive(frame.message());
+//!             if let Some(message) = found.decoded() {
+//!                 receive(message);
 //!             }
 //!         }),
 //!     }

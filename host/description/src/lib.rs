@@ -24,7 +24,7 @@
 //! let mut receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).ok_or("it holds a frame")?;
 //! let mut shown = Vec::new();
 //! receiver.feed(&frame, |found| {
-//!     let Some((kind, frame)) = found.message().map(|frame| frame.message()) else {
+//!     let Some((kind, frame)) = found.decoded() else {
 //!         return;
 //!     };
 //!     for (field, content) in description.kinds[kind].shown(frame) {
