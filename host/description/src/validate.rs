@@ -5,6 +5,7 @@ mod fields;
 use std::collections::HashSet;
 use std::ops::Range;
 
+use framelock::DiscardReason;
 use framelock_formats::layout::{
     Contradiction, FixedBits, KnownMessage, Layout, Length, Messages, Part, Patterns,
 };
@@ -111,6 +112,9 @@ fn untabled(
     let layout = layout
         .check()
         .map_err(|contradiction| placed(written, contradiction, &owners))?;
+    if let Err(why) = layout.example(&mut vec![0; layout.longest]) {
+        return Err(placed(written, no_frame(&layout, why), &owners));
+    }
     let kind = Kind {
         name: name.to_owned(),
         layout,
@@ -128,6 +132,35 @@ fn untabled(
         check_positions(written, &kind, length, alone)?;
     }
     Ok((kind, owners))
+}
+
+/// Returns the contradiction of a layout without frames. `why` is the reason to reject the bytes that come closest to a
+/// frame.
+fn no_frame(layout: &Layout, why: DiscardReason) -> Contradiction {
+    let (part, message) = match why {
+        DiscardReason::NoSync | DiscardReason::BrokenSync => (
+            Part::Sync,
+            "sync: no frame can be made, because other parts determine these bytes",
+        ),
+        DiscardReason::UnknownMessage => (
+            Part::Messages,
+            "messages: no frame can be made, because other parts determine the number",
+        ),
+        DiscardReason::WrongTerminator if !layout.fixed.is_empty() => (
+            Part::Fixed(layout.fixed.len() - 1),
+            "fixed: no frame can be made, because other parts exclude this value",
+        ),
+        DiscardReason::WrongTerminator => (
+            Part::Terminator,
+            "terminator: no frame can be made, because other parts exclude this end, or contain it",
+        ),
+        _ => (
+            Part::Length,
+            "length: no frame can be made, because no length in its header is in the limits and agrees with the fixed \
+             values",
+        ),
+    };
+    Contradiction { part, message }
 }
 
 /// Converts a contradiction into a problem at the entry that describes the contradictory part. For each entry of the

@@ -66,13 +66,10 @@ fn called(code: &str, functions: &str) -> String {
     functions.filter(is_called).collect()
 }
 
-/// Indents each line by one level per open bracket. A line that begins with a dot belongs to a chain of calls, and is
-/// indented by one more level. The indentation in the templates has no effect.
+/// Indents each line by one level per open bracket. The indentation in the templates has no effect.
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
-    // The level of each chain of calls that has not ended yet.
-    let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "* ", "*/"]
             .iter()
@@ -81,10 +78,6 @@ fn indented(code: &str) -> String {
         let count = |brackets: [char; 3]| line.matches(brackets).count();
         let (open, close) = (count(['(', '[', '{']), count([')', ']', '}']));
         depth = depth.saturating_sub(usize::from(is_closing));
-        if line.starts_with('.') && chains.last() != Some(&depth) {
-            depth += 1;
-            chains.push(depth);
-        }
         if !line.is_empty() {
             text.extend(std::iter::repeat_n("    ", depth));
         }
@@ -99,10 +92,6 @@ fn indented(code: &str) -> String {
             depth += 1;
         } else if open < close && !is_closing {
             depth = depth.saturating_sub(1);
-        }
-        if line.ends_with([';', ',']) && chains.last() == Some(&depth) {
-            chains.pop();
-            depth -= 1;
         }
     }
     text
