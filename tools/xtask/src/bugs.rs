@@ -402,6 +402,19 @@ mod tests {
         for mistake in read(root, PLANTED).expect("a list") {
             let (right, wrong) = mistake.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", mistake.mistake);
+            let is_there = |folder: &Path, name: &str| {
+                let files = files(folder).expect("files");
+                files.iter().any(|path| {
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
+                })
+            };
+            if let Some(name) = &mistake.test {
+                assert!(
+                    is_there(&root.join("firmware/tests"), name),
+                    "no test {name}"
+                );
+                continue;
+            }
             let Some(test) = mistake.planted() else {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
@@ -421,13 +434,11 @@ mod tests {
                 .find(|one| *one.name == test.package);
             let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
             let folder = package.manifest_path.parent().expect("a folder");
-            let is_there = files(folder.as_std_path())
-                .expect("files")
-                .iter()
-                .any(|path| {
-                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
-                });
-            assert!(is_there, "no test {name} in {}", test.package);
+            assert!(
+                is_there(folder.as_std_path(), name),
+                "no test {name} in {}",
+                test.package
+            );
         }
     }
 
