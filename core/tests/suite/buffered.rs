@@ -210,3 +210,61 @@ fn a_borrowed_buffer_must_hold_the_longest_frame() {
     let frames = STREAM.iter().filter(|&&byte| receiver.push(byte).is_some());
     assert_eq!(frames.count(), 2);
 }
+
+/// A buffer that counts the bytes that change between two accesses.
+struct Watched {
+    bytes: [u8; 128],
+    before: [u8; 128],
+    changed: usize,
+}
+
+impl AsRef<[u8]> for Watched {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl AsMut<[u8]> for Watched {
+    fn as_mut(&mut self) -> &mut [u8] {
+        let pairs = self.bytes.iter().zip(&self.before);
+        self.changed += pairs.filter(|(now, before)| now != before).count();
+        self.before = self.bytes;
+        &mut self.bytes
+    }
+}
+
+/// Every byte is a false start that claims the longest frame, so 63 bytes are pending all the time.
+#[test]
+fn a_buffer_of_two_frames_is_copied_less_than_once_per_byte() {
+    #[derive(Clone, Copy)]
+    struct Claimed<'a>(&'a Cell<usize>);
+    impl Format for Claimed<'_> {
+        const LONGEST: usize = 64;
+        type Message<'a> = ();
+        fn classify(&self, bytes: &[u8]) -> Classification {
+            if bytes.len() < 64 {
+                return Classification::Incomplete { at_least: 64 };
+            }
+            self.0.set(self.0.get() + 1);
+            Classification::Rejected(DiscardReason::ChecksumMismatch)
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let rejected = Cell::new(0);
+    let mut buffer = Watched {
+        bytes: [0; 128],
+        before: [0; 128],
+        changed: 0,
+    };
+    let mut receiver =
+        BufferedReceiver::with_buffer(Claimed(&rejected), &mut buffer).expect("it is long enough");
+    let received = 10_000;
+    for number in 0..received {
+        assert!(receiver.push((number * 7 % 251 + 1) as u8).is_none());
+    }
+    assert_eq!((receiver.pending(), rejected.get()), (63, received - 63));
+    drop(receiver);
+    // Storing a byte changes one byte of the buffer. All other changes are copies.
+    let copied = buffer.changed - received;
+    assert!(copied < received, "{copied}");
+}

@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
@@ -114,6 +115,29 @@ impl Bug {
         }
     }
 
+    /// Returns whether this outcome of a planted mistake's test shows that the test has noticed the mistake.
+    fn is_caught(&self, outcome: &Outcome) -> bool {
+        match outcome {
+            Outcome::Failed => true,
+            Outcome::Hangs => self.is_endless,
+            Outcome::Passed | Outcome::NoResult => false,
+        }
+    }
+
+    /// Returns whether a harness has noticed the bug. Only a failed assertion counts, because it states the promise that is
+    /// broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and a
+    /// loop's bound counts only if the bug is about a loop that runs too long.
+    fn is_noticed(&self, answer: &Answer) -> bool {
+        match answer.verdict.as_str() {
+            // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
+            _ if answer.harness.starts_with("fails::") => answer.is_proved(),
+            _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
+            "failed" => true,
+            "unwinding_too_small" => self.is_endless,
+            _ => false,
+        }
+    }
+
     fn is_in_c(&self) -> bool {
         self.file.starts_with("c/") || self.file.starts_with("host/generate/")
     }
@@ -143,7 +167,7 @@ impl Bug {
                 let function = ["machine_code_of", &sources, &built.to_string_lossy()];
                 let mut proof =
                     workspace.script(&[&function[..], &["default", "lecture"]].concat());
-                Outcome::of(&proof.output()?, None)
+                Outcome::of(&proof.stderr(Stdio::inherit()).output()?, None)
             }
             Some(firmware::CONTRADICTIONS) => {
                 let accepted = firmware::accepted_contradictions(workspace, copy)?;
@@ -157,8 +181,7 @@ impl Bug {
             None => test.run(copy, LIMIT, None)?,
         };
         println!("{}: {outcome:?}", test.name);
-        let is_caught = outcome == Outcome::Failed || outcome == Outcome::Hangs && self.is_endless;
-        let survives = (!is_caught).then(|| format!("{} ({outcome:?})", test.name));
+        let survives = (!self.is_caught(&outcome)).then(|| format!("{} ({outcome:?})", test.name));
         Ok(survives.into_iter().collect())
     }
 }
@@ -212,20 +235,10 @@ pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Argument
     Ok(())
 }
 
-/// Returns the bug's harnesses that have not noticed it. Only a failed assertion counts, because it states the promise
-/// that is broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and
-/// a loop's bound counts only if the bug is about a loop that runs too long.
+/// Returns the bug's harnesses that have not noticed it.
 fn unnoticed(prover: &Prover, bug: &Bug) -> Result<Vec<String>> {
-    // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
-    let notices = |answer: &Answer| match answer.verdict.as_str() {
-        _ if answer.harness.starts_with("fails::") => answer.is_proved(),
-        _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
-        "failed" => true,
-        "unwinding_too_small" => bug.is_endless,
-        _ => false,
-    };
     let mut answers = checked(prover, &bug.harnesses)?;
-    answers.retain(|answer| !notices(answer));
+    answers.retain(|answer| !bug.is_noticed(answer));
     let names = answers
         .into_iter()
         .map(|one| format!("{} ({})", one.harness, one.verdict));
@@ -284,6 +297,47 @@ mod tests {
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     });
 
+    fn bug(more: &str) -> Bug {
+        let fields = ["mistake", "file", "right", "wrong"].map(|key| format!("{key} = ''\n"));
+        toml::from_str(&(fields.concat() + more)).expect("a bug")
+    }
+
+    #[test]
+    fn only_a_test_that_fails_or_hangs_in_an_endless_loop_has_caught_a_mistake() {
+        let (usual, endless) = (bug(""), bug("endless = true"));
+        for (outcome, by_usual, by_endless) in [
+            (Outcome::Failed, true, true),
+            (Outcome::Hangs, false, true),
+            (Outcome::Passed, false, false),
+            (Outcome::NoResult, false, false),
+        ] {
+            assert_eq!(usual.is_caught(&outcome), by_usual, "{outcome:?}");
+            assert_eq!(endless.is_caught(&outcome), by_endless, "{outcome:?}");
+        }
+    }
+
+    #[test]
+    fn only_a_failed_assertion_or_the_bound_of_an_endless_loop_notices_a_bug() {
+        let (usual, endless) = (bug(""), bug("endless = true"));
+        for (verdict, by_usual, by_endless) in [
+            ("failed", true, true),
+            ("unwinding_too_small", false, true),
+            ("proved", false, false),
+            ("cover_unsatisfied", false, false),
+            ("vacuous", false, false),
+            ("no_answer_in_time", false, false),
+            ("error", false, false),
+        ] {
+            let answer = Answer {
+                harness: "module::harness".to_owned(),
+                verdict: verdict.to_owned(),
+                ..Answer::default()
+            };
+            assert_eq!(usual.is_noticed(&answer), by_usual, "{verdict}");
+            assert_eq!(endless.is_noticed(&answer), by_endless, "{verdict}");
+        }
+    }
+
     #[test]
     fn every_seeded_bug_fits_the_sources_and_every_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
@@ -319,6 +373,12 @@ mod tests {
         for mistake in read(root, PLANTED).expect("a list") {
             let (right, wrong) = mistake.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", mistake.mistake);
+            let is_there = |folder: &Path, name: &str| {
+                let files = files(folder).expect("files");
+                files.iter().any(|path| {
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
+                })
+            };
             let Some(test) = mistake.test() else {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
@@ -338,13 +398,11 @@ mod tests {
                 .find(|one| *one.name == test.package);
             let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
             let folder = package.manifest_path.parent().expect("a folder");
-            let is_there = files(folder.as_std_path())
-                .expect("files")
-                .iter()
-                .any(|path| {
-                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
-                });
-            assert!(is_there, "no test {name} in {}", test.package);
+            assert!(
+                is_there(folder.as_std_path(), name),
+                "no test {name} in {}",
+                test.package
+            );
         }
     }
 

@@ -144,6 +144,26 @@ fn lines_of(command: &mut Command) -> Result<Vec<String>> {
 mod tests {
     use super::*;
 
+    #[test]
+    fn each_thread_reports_on_its_own_harness() {
+        let lines = [
+            "Thread 1: Checking harness one...",
+            "Thread 2: Checking harness two...",
+            "Thread 1: ",
+            "Failed Checks: assertion failed: false",
+            "VERIFICATION:- FAILED",
+            "Thread 2:  ** 1 of 1 cover properties satisfied",
+            "VERIFICATION:- SUCCESSFUL",
+            "Thread 1: Checking harness three...",
+            "** 0 of 1 cover properties satisfied",
+            "VERIFICATION:- SUCCESSFUL",
+        ];
+        let answers = answers(&lines.map(str::to_owned));
+        let verdicts = ["one", "two", "three"]
+            .map(|name| answers.get(name).map_or("", |answer| &*answer.verdict));
+        assert_eq!(verdicts, ["failed", "proved", "cover_unsatisfied"]);
+    }
+
     /// Returns the verdict about a harness for which Kani prints these lines.
     fn verdict(lines: &[&str]) -> String {
         let lines = ["Thread 1: Checking harness module::harness..."]

@@ -190,14 +190,8 @@ impl Prover {
         command
             .args([action, "--format=json"])
             .arg(format!("--timeout={}", self.timeout))
-            .arg(format!("--jobs={}", self.jobs.unwrap_or(0)));
-        for name in names {
-            command.args(["--harness", name]);
-        }
-        // Hosted machines set `CI`, and keep the build folder between runs. They prove everything again.
-        if env::var_os("CI").is_some() {
-            command.arg("--anew");
-        }
+            .arg(format!("--jobs={}", self.jobs.unwrap_or(0)))
+            .args(chosen(names, must_repeat()));
         let limit = match action {
             "list" => Duration::from_secs(1800),
             _ => Duration::from_secs(86_400),
@@ -225,5 +219,32 @@ impl Prover {
             command.arg("--c").arg(self.root.join(C_FOLDER));
         }
         command
+    }
+}
+
+/// Returns whether every proof must be repeated, even if nothing has changed. Hosted machines set `CI`, and keep the build
+/// folder between runs.
+fn must_repeat() -> bool {
+    env::var_os("CI").is_some()
+}
+
+/// Returns the offline prover's arguments that select harnesses, and that make it repeat every proof.
+fn chosen(names: &[String], repeats: bool) -> Vec<&str> {
+    let names = names.iter().flat_map(|name| ["--harness", name]);
+    names.chain(repeats.then_some("--anew")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proofs_are_repeated_only_on_hosted_machines() {
+        assert_eq!(must_repeat(), env::var_os("CI").is_some());
+        let names = ["one".to_owned(), "two".to_owned()];
+        let usual = ["--harness", "one", "--harness", "two"];
+        assert_eq!(chosen(&names, false), usual);
+        assert_eq!(chosen(&names, true), [&usual[..], &["--anew"]].concat());
+        assert_eq!(chosen(&[], true), ["--anew"]);
     }
 }

@@ -31,14 +31,14 @@ fn every_relative_link_leads_to_a_file() {
 /// Replaces the rows of each table that follows a line such as `<!-- figures: NAME -->` with the rows of this name in
 /// the figures, whose lines consist of the name and the cells, separated by tabs.
 fn with_figures(page: &str, figures: &str) -> String {
-    let mut text = String::new();
+    let mut text = Vec::new();
     let (mut name, mut is_replaced) = (None, false);
     for line in page.lines() {
         is_replaced &= line.starts_with('|');
         if is_replaced {
             continue;
         }
-        text += &format!("{line}\n");
+        text.push(line.to_owned());
         let begins = line.strip_prefix("<!-- figures: ");
         name = begins.and_then(|rest| rest.strip_suffix(" -->")).or(name);
         if line.starts_with("| ---")
@@ -48,11 +48,11 @@ fn with_figures(page: &str, figures: &str) -> String {
             let rows = rows.filter(|(table, _)| *table == name);
             let rows: Vec<String> = rows.map(|(_, cells)| cells.replace('\t', " | ")).collect();
             assert!(!rows.is_empty(), "there are no figures of {name}");
-            text += &format!("| {} |\n", rows.join(" |\n| "));
+            text.push(format!("| {} |", rows.join(" |\n| ")));
             is_replaced = true;
         }
     }
-    text
+    text.join("\n") + "\n"
 }
 
 /// Write the tables with `SNAPSHOTS=overwrite cargo test -p xtask figures`.
@@ -67,7 +67,11 @@ fn the_tables_of_figures_are_those_that_were_measured() {
         if std::env::var("SNAPSHOTS").is_ok_and(|value| value == "overwrite") {
             fs::write(&page, &expected).expect("written");
         } else {
-            assert!(written == expected, "{} differs from the figures", page.display());
+            assert!(
+                written == expected,
+                "{} differs from the figures",
+                page.display()
+            );
         }
     }
 }

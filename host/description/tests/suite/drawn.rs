@@ -188,6 +188,8 @@ pub(crate) const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'text'"),
     (3, "type = 'bytes'\ncount = 3"),
     (3, "bits = 7\nbit = 3\ncount = 2"),
+    (3, "bits = 20\nbit = 3"),
+    (9, "bits = 33\nbit = 6\ncount = 2"),
     (1, "type = 'u8'\nvalue = 3"),
     (1, "type = 'u8'\nvalue = [0, 1, 2, 3]"),
     (2, "type = 'u16be'\nmask = 0x0FF0"),

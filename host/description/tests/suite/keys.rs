@@ -133,6 +133,46 @@ fn each_key_means_what_it_is_called() {
 }
 
 /// Numbers of each size, with and without a sign, are read and written in each byte order.
+/// Fields of bits begin at any bit, and have any number of bits. They continue in the next bytes.
+#[test]
+fn bits_are_counted_from_the_lowest_bit_and_continue_in_the_next_bytes() {
+    for (first, width) in (0..8).flat_map(|first| (1..=64).map(move |width| (first, width))) {
+        let text = format!(
+            "sync = '24'\nlength = 10\nfields = [{{ name = 'a', at = 1, bit = {first}, bits = {width} }}]"
+        );
+        let description = Description::parse("bits.toml", &text).unwrap();
+        for value in [u64::MAX, 0xA5C3_9687_5A3C_6978, 1] {
+            let value = value >> (64 - width) | 1;
+            let frame = description.encode(&[Some(json!(value))]).unwrap();
+            let [bytes @ .., _, _, _, _, _, _, _] = (u128::from(value) << first).to_le_bytes();
+            assert_eq!(frame, [&[0x24][..], &bytes].concat(), "{first} {width}");
+            assert_eq!(
+                shown(&description, &frame),
+                format!("a {value}"),
+                "{first} {width}"
+            );
+        }
+    }
+}
+
+/// The values of a list may be in any order.
+#[test]
+fn a_field_with_a_list_of_values_has_each_of_them_and_no_other() {
+    let text = "sync = '24'\nlength = 2\nfields = [{ name = 'a', at = 1, type = 'u8', value = [9, 2, 200, 7, 3] }]";
+    let description = Description::parse("list.toml", text).unwrap();
+    for value in 0..=u8::MAX {
+        let is_listed = [9, 2, 200, 7, 3].contains(&value);
+        let layout = &description.kinds[0].layout;
+        let is_frame = layout.classify(&[0x24, value]) == Classification::Frame(2);
+        assert_eq!(is_frame, is_listed, "{value}");
+        assert_eq!(
+            description.encode(&[Some(json!(value))]).is_ok(),
+            is_listed,
+            "{value}"
+        );
+    }
+}
+
 #[test]
 fn numbers_have_a_size_a_sign_and_an_order() {
     for (bytes, order) in [1, 2, 3, 4, 8]
