@@ -22,7 +22,7 @@ tests_of() { echo "tests: $*"; "$@"; }
 
 format() {
     lints
-    for folder in . firmware firmware/examples/rp2040 fuzz; do
+    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals; do
         (cd $folder; cargo fmt --all --check)
     done
 }
@@ -141,7 +141,14 @@ emulated_in() {
 emulated() {
     images . "$target/firmware"
     emulated_in "$target/firmware/images"
-    cargo test $everything --bench rivals -- --figures formats/FIGURES.txt
+}
+
+# Checks the answers of the compared crates, and the formats' costs on the chip.
+rivals() {
+    (bare_metal $chip)
+    cd formats/benches/rivals
+    cargo clippy --locked --release --target-dir "$target/rivals" -- -Dwarnings
+    cargo run --locked --release --target-dir "$target/rivals" -- check
 }
 
 # First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
@@ -282,8 +289,8 @@ wheel() {
 # The nightly workflow also checks for security advisories, which change without a commit.
 licences() {
     cargo_tool cargo-deny 0.20.2
-    for manifest in Cargo.toml firmware/Cargo.toml fuzz/Cargo.toml; do
-        cargo deny --manifest-path $manifest --all-features --config deny.toml check licenses bans sources
+    for folder in . firmware fuzz formats/benches/rivals; do
+        cargo deny --manifest-path $folder/Cargo.toml --all-features --config deny.toml check licenses bans sources
     done
 }
 

@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
@@ -166,7 +167,7 @@ impl Bug {
                 let function = ["machine_code_of", &sources, &built.to_string_lossy()];
                 let mut proof =
                     workspace.script(&[&function[..], &["default", "lecture"]].concat());
-                Outcome::of(&proof.output()?, None)
+                Outcome::of(&proof.stderr(Stdio::inherit()).output()?, None)
             }
             Some(firmware::CONTRADICTIONS) => {
                 let accepted = firmware::accepted_contradictions(workspace, copy)?;
@@ -180,8 +181,7 @@ impl Bug {
             None => test.run(copy, LIMIT, None)?,
         };
         println!("{}: {outcome:?}", test.name);
-        let is_caught = self.is_caught(&outcome);
-        let survives = (!is_caught).then(|| format!("{} ({outcome:?})", test.name));
+        let survives = (!self.is_caught(&outcome)).then(|| format!("{} ({outcome:?})", test.name));
         Ok(survives.into_iter().collect())
     }
 }
@@ -373,6 +373,12 @@ mod tests {
         for mistake in read(root, PLANTED).expect("a list") {
             let (right, wrong) = mistake.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", mistake.mistake);
+            let is_there = |folder: &Path, name: &str| {
+                let files = files(folder).expect("files");
+                files.iter().any(|path| {
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
+                })
+            };
             let Some(test) = mistake.test() else {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
@@ -392,13 +398,11 @@ mod tests {
                 .find(|one| *one.name == test.package);
             let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
             let folder = package.manifest_path.parent().expect("a folder");
-            let is_there = files(folder.as_std_path())
-                .expect("files")
-                .iter()
-                .any(|path| {
-                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
-                });
-            assert!(is_there, "no test {name} in {}", test.package);
+            assert!(
+                is_there(folder.as_std_path(), name),
+                "no test {name} in {}",
+                test.package
+            );
         }
     }
 

@@ -9,6 +9,8 @@ mod kani;
 mod planted;
 mod prove;
 mod test_count;
+#[cfg(test)]
+mod tests;
 mod theorems;
 mod verify;
 mod web;

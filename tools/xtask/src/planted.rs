@@ -1,7 +1,7 @@
 //! Runs a test in a copy of the workspace, in which a mistake has been planted.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use anyhow::Result;
@@ -84,9 +84,8 @@ impl Test {
         test.arg("--kill-after=5").arg(limit.as_secs().to_string());
         test.arg(cargo.get_program()).current_dir(root);
         arguments(&mut test);
-        let output = test
-            .args(["--", "--include-ignored", &self.name])
-            .output()?;
+        test.args(["--", "--include-ignored", &self.name]);
+        let output = test.stderr(Stdio::inherit()).output()?;
         Ok(Outcome::of(&output, Some(1)))
     }
 }

@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn proofs_are_repeated_only_on_hosted_machines() {
-        assert_eq!(must_repeat(), std::env::var_os("CI").is_some());
+        assert_eq!(must_repeat(), env::var_os("CI").is_some());
         let names = ["one".to_owned(), "two".to_owned()];
         let usual = ["--harness", "one", "--harness", "two"];
         assert_eq!(chosen(&names, false), usual);

@@ -108,31 +108,3 @@ pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
     let all = inline.chain(named);
     all.filter_map(|link| link.split('#').next())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_relative_link_leads_to_a_file() {
-        let root = Workspace::load().expect("cargo knows this workspace").root;
-        let mut broken = Vec::new();
-        for entry in fs::read_dir(&root).expect("a folder").flatten() {
-            let name = entry.file_name().into_string().expect("a plain name");
-            if name.starts_with('.') || name == "target" {
-                continue;
-            }
-            for file in files(&entry.path()).expect("readable folders") {
-                if file.extension().is_none_or(|extension| extension != "md") {
-                    continue;
-                }
-                let text = fs::read_to_string(&file).expect("text");
-                let folder = file.parent().expect("a file is in a folder");
-                let relative = links(&text).filter(|link| !link.contains(':'));
-                let missing = relative.filter(|link| !folder.join(link).exists());
-                broken.extend(missing.map(|link| format!("{}: {link}", file.display())));
-            }
-        }
-        assert!(broken.is_empty(), "{}", broken.join("\n"));
-    }
-}

@@ -333,9 +333,6 @@ impl Peripheral for Reception {
         }
         self.settings.write(offset, value)?;
         if offset == ENABLE && value == 0 {
-            if self.sampler.runs() {
-                context.refuse(Refusal::misused("UARTE0", "disabled while it receives"));
-            }
             *self = Self {
                 settings: self.settings.clone(),
                 error_source: self.error_source,

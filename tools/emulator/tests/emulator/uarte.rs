@@ -248,19 +248,6 @@ fn a_transfer_outside_ram_is_an_error() {
     assert!(matches!(error, Error::Refused { refusal: r, .. } if r == refusal));
 }
 
-/// The product specification does not say what becomes of a byte that is being received.
-#[test]
-fn disabling_a_receiver_that_runs_is_an_error_and_after_rxto_it_is_not() {
-    let mut board = receiving(4);
-    let error = board.set_register(UARTE_ENABLE, 0).unwrap_err();
-    assert!(error.to_string().contains("disabled while it receives"));
-    let mut board = receiving(4);
-    board.set(STOPRX, 1);
-    board.wait(20 * BYTE);
-    assert!(board.take_event(RXTO));
-    board.set_register(UARTE_ENABLE, 0).unwrap();
-}
-
 #[test]
 fn the_receiver_hears_only_the_pin_that_is_wired() {
     for wired in [8, 9] {
