@@ -155,7 +155,7 @@ mod tests {
             Found::Discarded { count, .. } => {
                 Found::discarded(count, DiscardReason::ChecksumMismatch)
             }
-            frame => frame,
+            Found::Frame { .. } => found,
         }
     }
 
