@@ -208,7 +208,7 @@ impl Case {
                     .description
                     .kinds
                     .iter()
-                    .all(|kind| kind.layout.sync().length > 0);
+                    .all(|kind| kind.layout.sync.length > 0);
             if is_there && is_certain && SHIPPED.iter().any(|it| it.1 == self.text) {
                 assert!(*count > 0, "{name}: {reason} did not happen");
             }
@@ -269,7 +269,7 @@ impl Reference {
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
             // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
-            can_fail: layouts.any(|it| it.sync().length > 0 || it.checksum().is_some()),
+            can_fail: layouts.any(|it| it.sync.length > 0 || it.checksum.is_some()),
             at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
@@ -412,7 +412,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         );
     }
     let layouts = description.kinds.iter().map(|kind| &kind.layout);
-    let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync().each()).collect();
+    let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync.each()).collect();
     let (mut steps, mut count) = (Vec::new(), 0);
     let (mut changes, mut slices, mut polls) = ([0; 24], HashSet::new(), 0);
     while count < bytes {

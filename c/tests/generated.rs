@@ -158,7 +158,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
     // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
     let layout = description.kinds[0].layout;
-    let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
+    let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
     assert!(
         frames > 5 && (takes_all || discarded > 5),
         "{name}: {frames} {discarded}"

@@ -364,7 +364,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         match classify(&self.format, classified, 0) {
             Classification::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
-                found(Found::frame(length, Frame::new(self.format, frame)));
+                found(Found::frame(length, Frame::new(self.format.clone(), frame)));
                 Some(behind)
             }
             Classification::Rejected(why) => {
@@ -510,7 +510,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     fn frame(&self, length: usize) -> Frame<'_, F> {
         let start = self.from.wrapping_sub(length);
         let bytes = self.buffer.as_ref().get(start..self.from);
-        Frame::new(self.format, bytes.unwrap_or_default())
+        Frame::new(self.format.clone(), bytes.unwrap_or_default())
     }
 
     /// Stores bytes. The pending and the new bytes together must not exceed `LONGEST`.

@@ -52,8 +52,9 @@ pub enum Classification {
 /// If a function accepts every format with a certain type of message, its bound must include `'static`, for example:
 /// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`. The documentation of [`Parser`](crate::Parser) explains why.
 ///
-/// # A format is `Copy`
-/// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
+/// # A format is `Clone`
+/// Each [`Frame`] contains a clone of its format. Put tables behind a reference or an `Arc`, so that a clone costs
+/// nothing.
 ///
 /// # Examples
 /// Text lines, which end with a delimiter. The receiver asks this format again after each byte. `classify_after`
@@ -103,7 +104,7 @@ pub enum Classification {
     label = "not a `Format`",
     note = "`BufferedReceiver<F, B>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
 )]
-pub trait Format: Copy {
+pub trait Format: Clone {
     /// Bytes in the longest frame. This number bounds the memory, the cost per byte, and the delay of a frame after a
     /// false start. Choose it as small as the protocol allows.
     const LONGEST: usize;

@@ -4,15 +4,21 @@ use core::fmt;
 
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{FixedBits, Layout, Patterns};
+use crate::layout::{CheckedLayout, FixedBits, Layout, Patterns};
 
 /// The layout of an SBUS frame: see [`Sbus`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0x0F]))
-    .longest(25)
-    .fixed(&[FixedBits::new(23, 0xF0, 0)])
-    .terminator(Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]))
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0x0F]),
+    longest: 25,
+    fixed: &[FixedBits {
+        at: 23,
+        mask: 0xF0,
+        value: 0,
+    }],
+    terminator: Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]),
+    ..Layout::NONE
+}
+.checked();
 
 /// Futaba's SBUS. A frame has 25 bytes: `0F`, sixteen channels of 11 bits, flags, `00`. The line runs at 100 000 baud
 /// with even parity and two stop bits, and is inverted.

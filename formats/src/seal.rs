@@ -3,9 +3,9 @@
 use framelock::Classification;
 
 use crate::checksum::fill;
-use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
+use crate::layout::{ByteOrder, CheckedLayout, Layout, Length, LengthField, Patterns, index};
 
-impl Layout<'_> {
+impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
     /// bytes as they are. If the layout has several syncs or several terminators, writes the first sync and the first
     /// terminator, unless the bytes already have a valid one. If the frame has a trailer, set the bits that announce
@@ -17,7 +17,9 @@ impl Layout<'_> {
         self.write(frame);
         self.classify(frame) == Classification::Frame(frame.len())
     }
+}
 
+impl Layout<'_> {
     pub(crate) fn write(&self, frame: &mut [u8]) {
         self.sync.write(frame, 0);
         let trailer = self.trailer.map_or(0, |it| it.bytes_after(frame));

@@ -22,16 +22,21 @@ struct IbusTelemetry;
 
 /// Returns the checksum rule that iBUS frames of every length share.
 const fn ibus_checksum() -> Checksum<'static> {
-    Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum)
+    Checksum {
+        algorithm: Algorithm::InvertedSum,
+        ..Checksum::at_the_end(2)
+    }
 }
 
 impl Format for IbusAny {
     framelock_formats::classify_by!(
-        Layout::builder()
-            .sync(Patterns::one(&[0x20]))
-            .longest(32)
-            .checksum(ibus_checksum())
-            .build_const()
+        Layout {
+            sync: Patterns::one(&[0x20]),
+            longest: 32,
+            checksum: Some(ibus_checksum()),
+            ..Layout::NONE
+        }
+        .checked()
     );
     type Message<'a> = ();
 
@@ -40,12 +45,14 @@ impl Format for IbusAny {
 
 impl Format for IbusTelemetry {
     framelock_formats::classify_by!(
-        Layout::builder()
-            .sync(Patterns::any_byte_of(&[4, 6, 8]))
-            .length(Length::Field(LengthField::byte(0)))
-            .longest(8)
-            .checksum(ibus_checksum())
-            .build_const()
+        Layout {
+            sync: Patterns::any_byte_of(&[4, 6, 8]),
+            length: Length::Field(LengthField::byte(0)),
+            longest: 8,
+            checksum: Some(ibus_checksum()),
+            ..Layout::NONE
+        }
+        .checked()
     );
     type Message<'a> = ();
 

@@ -4,7 +4,7 @@ use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
 use framelock::Format;
 use framelock_formats::crsf::{Crsf, LAYOUT, Message};
-use framelock_formats::layout::{self, Algorithm, Checksum, Layout, Table};
+use framelock_formats::layout::{self, Algorithm, CheckedLayout, Checksum, Layout, Table};
 use uf_crsf::CrsfParser;
 
 use crate::contender::{Contender, Entry};
@@ -56,13 +56,18 @@ struct Tabled;
 
 static TABLES: [[u32; 256]; 16] = layout::Crc::new(8, 0xD5).table_of_sixteens();
 
-const TABLED: Layout = {
-    let crc = layout::Crc::new(8, 0xD5).table(Table::Sixteens(&TABLES));
-    let checksum = Checksum::at_the_end(1)
-        .algorithm(Algorithm::Crc(crc))
-        .from(2);
-    LAYOUT.to_builder().checksum(checksum).build_const()
-};
+const TABLED: CheckedLayout = Layout {
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Crc(layout::Crc {
+            table: Table::Sixteens(&TABLES),
+            ..layout::Crc::new(8, 0xD5)
+        }),
+        from: 2,
+        ..Checksum::at_the_end(1)
+    }),
+    ..LAYOUT.layout()
+}
+.checked();
 
 impl Format for Tabled {
     framelock_formats::classify_by!(TABLED);

@@ -4,7 +4,9 @@ use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
 use framelock::Format;
-use framelock_formats::layout::{Algorithm, Checksum, KnownMessage, Layout, Table};
+use framelock_formats::layout::{
+    self, Algorithm, CheckedLayout, Checksum, KnownMessage, Layout, Table,
+};
 use framelock_formats::mavlink::{self, Mavlink2};
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
@@ -62,22 +64,31 @@ const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
 #[derive(Clone, Copy)]
 pub(crate) struct Tabled;
 
-const LAYOUT: Layout = mavlink::layout_v2(DIALECT);
+const LAYOUT: Layout = mavlink::layout_v2(DIALECT).layout();
 
 /// The checksum of MAVLink 2 without a table, and with a table.
 pub(crate) const CHECKS: [Algorithm; 2] = {
     let Some(Checksum {
         algorithm: Algorithm::Crc(crc),
         ..
-    }) = LAYOUT.checksum()
+    }) = LAYOUT.checksum
     else {
         panic!("MAVLink has a CRC")
     };
-    let [plain, tabled] = [crc.table(Table::None), crc.table(Table::Sixteens(&TABLES))];
-    [Algorithm::Crc(plain), Algorithm::Crc(tabled)]
+    let [plain, tabled] = [Table::None, Table::Sixteens(&TABLES)];
+    [
+        Algorithm::Crc(layout::Crc {
+            table: plain,
+            ..crc
+        }),
+        Algorithm::Crc(layout::Crc {
+            table: tabled,
+            ..crc
+        }),
+    ]
 };
 
-static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum() {
+static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum {
     Some(Checksum {
         algorithm: Algorithm::Crc(crc),
         ..
@@ -95,18 +106,22 @@ impl Format for Tabled {
     }
 }
 
-const TABLED: Layout = match LAYOUT.checksum() {
-    Some(checksum) => {
-        let checksum = checksum.algorithm(CHECKS[1]);
-        LAYOUT.to_builder().checksum(checksum).build_const()
+const TABLED: CheckedLayout = match LAYOUT.checksum {
+    Some(checksum) => Layout {
+        checksum: Some(Checksum {
+            algorithm: CHECKS[1],
+            ..checksum
+        }),
+        ..LAYOUT
     }
+    .checked(),
     None => panic!("MAVLink has a CRC"),
 };
 
 /// Returns the CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {
     let known = DIALECT.iter().find(|known| known.number == id)?;
-    Some(known.extra)
+    known.extra
 }
 
 fn frame(payload: &mut Payload) -> Vec<u8> {

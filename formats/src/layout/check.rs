@@ -96,6 +96,18 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         Part::Terminator,
         "terminator: its bytes must be one pattern or more, each of the given length"
     );
+    let [other, another] = &layout.other_terminators;
+    reject_if!(
+        !(are_whole(other) && are_whole(another)),
+        Part::OtherTerminators,
+        "other terminators: the bytes must be one pattern or more, each of the given length"
+    );
+    let end = layout.terminator.length;
+    reject_if!(
+        layout.has_other_terminators() && (other.length == end || another.length == end),
+        Part::OtherTerminators,
+        "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
+    );
     reject_if!(
         layout.sync.length == 0 && layout.terminator.length == 0 && layout.checksum.is_none(),
         Part::Sync,

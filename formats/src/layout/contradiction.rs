@@ -6,11 +6,13 @@ use core::fmt;
 /// correct it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Contradiction {
-    part: Part,
-    message: &'static str,
+    /// The part that is wrong.
+    pub part: Part,
+    /// The message, without the index of the fixed bits.
+    pub message: &'static str,
 }
 
-/// A part of a [`Layout`](super::Layout), named after the setter of the builder.
+/// A part of a [`Layout`](super::Layout), named after the field.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[non_exhaustive]
 pub enum Part {
@@ -41,18 +43,6 @@ pub enum Part {
 impl Contradiction {
     pub(super) const fn new(part: Part, message: &'static str) -> Self {
         Self { part, message }
-    }
-
-    /// Returns the part that is wrong.
-    #[must_use]
-    pub const fn part(&self) -> Part {
-        self.part
-    }
-
-    /// Returns the message, without the index of the fixed bits.
-    #[must_use]
-    pub const fn message(&self) -> &'static str {
-        self.message
     }
 }
 

@@ -8,7 +8,8 @@ use crate::any_of::AnyOf;
 use crate::crsf::{self, Crsf};
 use crate::ibus::Ibus;
 use crate::layout::{
-    Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table, index,
+    Algorithm, CheckedLayout, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns,
+    Table, index,
 };
 use crate::mavlink::{self, Mavlink1, Mavlink2};
 use crate::motion::{BIN, BIN_CRC8, SixAxes, SixAxesBigEndian};
@@ -99,7 +100,7 @@ fn in_sealing<const N: usize>() {
         },
         length: Length::Fixed,
         terminator: patterns(&ends),
-        other_terminators: &[&other],
+        other_terminators: [Patterns::NONE, Patterns::one(&other)],
         ..parts.layout()
     };
     let before = bytes;
@@ -191,13 +192,16 @@ fn in_asking_a_layout() {
     let parts = Parts::<1, 1>::any();
     let layout = Layout {
         terminator: patterns(&ends),
-        other_terminators: &[&other],
+        other_terminators: [Patterns::NONE, Patterns::one(&other)],
         ..parts.layout()
     };
     let bytes = any_bytes(&bytes);
     let _ = (layout.header(), layout.longest_without_trailer());
-    let _ = (index(kani::any(), kani::any()), layout.starts(kani::any()));
-    let _ = layout.trailer().map(|trailer| trailer.bytes_after(bytes));
+    let _ = (
+        index(kani::any(), kani::any()),
+        CheckedLayout(layout).starts(kani::any()),
+    );
+    let _ = layout.trailer.map(|trailer| trailer.bytes_after(bytes));
     let _ = any_checksum().encoded_bytes();
     let length = layout.counted_length(bytes);
     kani::cover!(length + 1 == bytes.len(), "another terminator");

@@ -55,7 +55,12 @@ fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
         3 => (Algorithm::Xor, 1),
         4 => (Algorithm::Fletcher, 2),
         5 => (
-            Algorithm::Crc(Crc::new(16, 0x1021).reflected().initial(0xFFFF)),
+            Algorithm::Crc(Crc {
+                reflected_in: true,
+                reflected_out: true,
+                initial: 0xFFFF,
+                ..Crc::new(16, 0x1021)
+            }),
             2,
         ),
         _ => {
@@ -63,25 +68,32 @@ fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
                 .choose(random)
                 .expect("two");
             let bits = u32::MAX >> (32 - width);
-            let crc = Crc::new(width, random.random::<u32>() & bits | 1)
-                .initial(random.random::<u32>() & bits)
-                .xor_out(random.random::<u32>() & bits)
-                .reflected_in(random.random())
-                .reflected_out(random.random());
+            let crc = Crc {
+                initial: random.random::<u32>() & bits,
+                xor_out: random.random::<u32>() & bits,
+                reflected_in: random.random(),
+                reflected_out: random.random(),
+                ..Crc::new(width, random.random::<u32>() & bits | 1)
+            };
             let table = match random.random_range(0..4) {
                 0 if width == 8 => Table::Bytes(Box::leak(Box::new(crc.table_of_bytes()))),
                 0 | 1 => Table::Words(Box::leak(Box::new(crc.table_of_words()))),
                 2 => Table::Sixteens(Box::leak(Box::new(crc.table_of_sixteens()))),
                 _ => Table::None,
             };
-            (Algorithm::Crc(crc.table(table)), width.div_ceil(8) as usize)
+            (
+                Algorithm::Crc(Crc { table, ..crc }),
+                width.div_ceil(8) as usize,
+            )
         }
     };
     let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
     let encoding = *encodings.choose(random).expect("three");
-    Checksum::at_the_end(bytes)
-        .algorithm(algorithm)
-        .encoding(encoding)
+    Checksum {
+        algorithm,
+        encoding,
+        ..Checksum::at_the_end(bytes)
+    }
 }
 
 /// Returns 1 to 5 known messages, and the position of their number.
@@ -93,20 +105,21 @@ fn messages(random: &mut ChaCha8Rng, at: usize) -> Messages<'static> {
     let known = known.into_iter().map(|number| {
         let mut message = KnownMessage::new(number);
         if random.random() {
-            message = message.extra(random.random());
+            message.extra = Some(random.random());
         }
         if random.random() {
-            message = message.longest_payload(random.random_range(4..30));
+            message.longest_payload = random.random_range(4..30);
         }
         message
     });
-    Messages::new(number, known.collect::<Vec<_>>().leak())
+    let known = known.collect::<Vec<_>>().leak();
+    Messages { number, known }
 }
 
 /// The ranges of a content, and other terminators.
-type Content = (&'static [(u8, u8)], &'static [&'static [u8]]);
+type Content = (&'static [(u8, u8)], [Patterns<'static>; 2]);
 
-/// Returns a content, and 0 to 3 other terminators, which are not as long as the terminator.
+/// Returns a content, and 0 to 4 other terminators, of up to two lengths that differ from the terminator's.
 fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     let ranges: [&[(u8, u8)]; 3] = [
         &[(b' ', b'~')],
@@ -116,11 +129,12 @@ fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     let mut lengths = vec![1, 2, 3, 4];
     lengths.retain(|&length| length != terminator);
     lengths.shuffle(random);
-    lengths.truncate(random.random_range(0..=3));
-    let others = lengths.into_iter();
-    let others = others.map(|length| patterns(random, 1, length, &RESERVED).bytes);
-    let others: Vec<&[u8]> = others.collect();
-    (ranges.choose(random).expect("three"), others.leak())
+    let others = [lengths[0], lengths[1]];
+    let others = others.map(|length| {
+        let count = random.random_range(0..=2);
+        patterns(random, count, length, &RESERVED)
+    });
+    (ranges.choose(random).expect("three"), others)
 }
 
 /// Returns 0 to 4 fixed bits: in the header, after the body, and before the bytes that are counted from the end.
@@ -137,20 +151,24 @@ fn fixed_bits(
             _ => offset(random.random_range(header.clone())),
         };
         let mask = mask(random, 8);
-        FixedBits::new(at, mask, random.random::<u8>() & mask)
+        let value = random.random::<u8>() & mask;
+        FixedBits { at, mask, value }
     });
     fixed.collect::<Vec<_>>().leak()
 }
 
 /// Returns a random layout, or `None` if its parts contradict each other.
-fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
+fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     let form = random.random_range(0..4);
     let has_content = form == 3;
     let all: Vec<u8> = (0..=u8::MAX).collect();
     let any: Vec<u8> = all.choose_multiple(random, 8).copied().collect();
     let (syncs, sync_length) = (random.random_range(0..=8), random.random_range(1..=4));
     let sync = patterns(random, syncs, sync_length, &any);
-    let mut builder = Layout::builder().sync(sync);
+    let mut layout = Layout {
+        sync,
+        ..Layout::NONE
+    };
 
     // The parts of the header follow one another in any order, some of them after a gap.
     let (mut at, mut field, mut trailer) = (sync.length, None, 0);
@@ -162,22 +180,26 @@ fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
             0 if form == 1 => {
                 let length = number(random, at);
                 let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
-                field = Some(
-                    LengthField::new(length)
-                        .mask(*masks.choose(random).expect("four"))
-                        .factor(random.random_range(1..=4))
-                        .plus(random.random_range(-3..=12)),
-                );
+                field = Some(LengthField {
+                    mask: *masks.choose(random).expect("four"),
+                    factor: random.random_range(1..=4),
+                    plus: random.random_range(-3..=12),
+                    ..LengthField::new(length)
+                });
                 at += length.bytes;
             }
             1 if random.random() => {
                 let messages = messages(random, at);
                 at = messages.number.end();
-                builder = builder.messages(messages);
+                layout.messages = Some(messages);
             }
             2 if form == 1 && random.random() => {
                 trailer = random.random_range(1..=5);
-                builder = builder.trailer(Trailer::new(at, mask(random, 4), trailer));
+                layout.trailer = Some(Trailer {
+                    at,
+                    mask: mask(random, 4),
+                    bytes: trailer,
+                });
                 at += 1;
             }
             _ => {}
@@ -188,12 +210,11 @@ fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
     if form >= 2 || random.random() {
         let (count, length) = (random.random_range(1..=4), random.random_range(1..=3));
         let first = if has_content { &RESERVED[..] } else { &any };
-        builder = builder.terminator(patterns(random, count, length, first));
+        layout.terminator = patterns(random, count, length, first);
         end = length;
     }
     if has_content {
-        let (ranges, others) = content(random, end);
-        builder = builder.content(ranges).other_terminators(others);
+        (layout.content, layout.other_terminators) = content(random, end);
     }
 
     // The body is the part before the payload. A checksum is in the body, or before the terminator.
@@ -201,10 +222,10 @@ fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
     if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
         let mut checksum = checksum(random);
         if has_content {
-            checksum = checksum.encoding(Encoding::Hex);
+            checksum.encoding = Encoding::Hex;
         }
         let bytes = checksum.encoded_bytes();
-        builder = builder.checksum(if random.random() {
+        (checksum.at, checksum.from, checksum.to) = if random.random() {
             let covers_terminator = random.random() && !has_content;
             let to = if covers_terminator {
                 -1
@@ -213,36 +234,37 @@ fn layout(random: &mut ChaCha8Rng) -> Option<Layout<'static>> {
             };
             let (at, from) = (offset(body), offset(body + bytes));
             body += bytes;
-            checksum.at(at).from(from).to(to)
+            (at, from, to)
         } else {
             from_end += bytes;
             let from = *[0, sync.length, header].choose(random).expect("three");
             let at = -offset(from_end);
-            checksum.at(at).from(offset(from)).to(at - 1)
-        });
+            (at, offset(from), at - 1)
+        };
+        layout.checksum = Some(checksum);
     }
     let header = sync.length..header.max(sync.length + 1);
-    builder = builder.fixed(fixed_bits(random, header, body, from_end));
+    layout.fixed = fixed_bits(random, header, body, from_end);
     let least = body + from_end + 2;
-    let longest = least + random.random_range(0..24);
-    let builder = match field {
+    layout.longest = least + random.random_range(0..24);
+    match field {
         Some(field) => {
             let counted = field.mask & u32::MAX >> (32 - 8 * field.number.bytes);
             let most = u64::from(counted) * u64::from(field.factor);
             let most = most.saturating_add_signed(field.plus.into());
-            let longest = trailer + most.min(longest as u64) as usize;
-            builder.length(Length::Field(field)).longest(longest)
+            layout.longest = trailer + most.min(layout.longest as u64) as usize;
+            layout.length = Length::Field(field);
         }
-        None if form == 0 => builder.longest(longest),
-        None => builder.length(Length::Delimiter).longest(longest),
-    };
-    let shortest = if form == 0 || random.random_ratio(1, 3) {
+        None if form == 0 => {}
+        None => layout.length = Length::Delimiter,
+    }
+    layout.shortest = if form == 0 || random.random_ratio(1, 3) {
         0
     } else {
         least + random.random_range(0..3)
     };
-    let layout = builder.shortest(shortest).build().ok()?;
-    (layout.longest() <= LONGEST).then_some(layout)
+    let layout = layout.check().ok()?;
+    (layout.longest <= LONGEST).then_some(layout)
 }
 
 fn offset(bytes: usize) -> i16 {
@@ -260,13 +282,13 @@ fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
 
 /// Returns any byte of the content, often a byte of a sync or of a terminator.
 fn byte(layout: &Layout, random: &mut ChaCha8Rng) -> u8 {
-    let known = [layout.sync().bytes, layout.terminator().bytes].concat();
+    let known = [layout.sync.bytes, layout.terminator.bytes].concat();
     loop {
         let byte = match known.choose(random) {
             Some(&byte) if random.random_ratio(1, 4) => byte,
             _ => random.random(),
         };
-        let mut content = layout.content().iter();
+        let mut content = layout.content.iter();
         if content.len() == 0 || content.any(|(first, last)| (first..=last).contains(&&byte)) {
             return byte;
         }
@@ -274,12 +296,10 @@ fn byte(layout: &Layout, random: &mut ChaCha8Rng) -> u8 {
 }
 
 /// Returns a frame of the layout, or `None` if the random bytes could not become a frame.
-fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
-    let mut frame: Vec<u8> = (0..layout.longest())
-        .map(|_| byte(layout, random))
-        .collect();
-    write(&mut frame, 0, any(layout.sync(), random));
-    if let Some(messages) = layout.messages() {
+fn frame(layout: &CheckedLayout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let mut frame: Vec<u8> = (0..layout.longest).map(|_| byte(layout, random)).collect();
+    write(&mut frame, 0, any(layout.sync, random));
+    if let Some(messages) = layout.messages {
         let known = messages.known.choose(random).expect("some").number;
         let bytes = match messages.number.order {
             ByteOrder::Little => &known.to_le_bytes()[..messages.number.bytes],
@@ -288,7 +308,7 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         write(&mut frame, messages.number.at, bytes);
     }
     let mut trailer = 0;
-    if let Some(announced) = layout.trailer() {
+    if let Some(announced) = layout.trailer {
         frame[announced.at] &= !announced.mask;
         if random.random_range(0..3) > 0 {
             let mut bit = 0;
@@ -299,20 +319,20 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
             trailer = announced.bytes;
         }
     }
-    let length = match layout.length() {
+    let length = match layout.length {
         Length::Field(field) => {
             let number = random.random_range(0..LONGEST as i64) & i64::from(field.mask);
             number * i64::from(field.factor) + i64::from(field.plus)
         }
-        Length::Fixed => layout.longest() as i64,
-        _ => random.random_range(layout.shortest()..=layout.longest()) as i64,
+        Length::Fixed => layout.longest as i64,
+        _ => random.random_range(layout.shortest..=layout.longest) as i64,
     };
-    let most = layout.longest() - trailer;
+    let most = layout.longest - trailer;
     let length = usize::try_from(length)
         .ok()
         .filter(|length| (1..=most).contains(length))?;
     let behind = frame.split_off(length);
-    let end = any(layout.terminator(), random);
+    let end = any(layout.terminator, random);
     let content = length.checked_sub(end.len())?;
     write(&mut frame, content, end);
     frame.extend(&behind[..trailer]);
@@ -323,7 +343,7 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         "{layout:?}: {frame:02X?}"
     );
     if is_sealed
-        && let Some(checksum) = layout.checksum()
+        && let Some(checksum) = layout.checksum
         && checksum.encoding == Encoding::Hex
         && random.random()
     {
@@ -335,14 +355,20 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
             frame = other;
         }
     }
-    if let Some(other) = layout.other_terminators().choose(random)
+    if let Some(other) = other_terminators(layout).choose(random)
         && random.random()
-        && content + other.len() <= layout.longest()
+        && content + other.len() <= layout.longest
     {
         frame.truncate(content);
         frame.extend(*other);
     }
     is_sealed.then_some(frame)
+}
+
+/// Returns the terminators that are not as long as the terminator.
+fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
+    let own = layout.terminator.each().count();
+    layout.terminators().skip(own).collect()
 }
 
 fn any<'a>(patterns: Patterns<'a>, random: &mut ChaCha8Rng) -> &'a [u8] {
@@ -402,23 +428,23 @@ macro_rules! count {
 fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
     let starts = |pattern: &[u8]| frames.iter().any(|frame| frame.starts_with(pattern));
     let ends = |pattern: &[u8]| frames.iter().any(|frame| frame.ends_with(pattern));
-    let (sync, terminator, content) = (layout.sync(), layout.terminator(), layout.content());
-    let (others, length, fixed) = (layout.other_terminators(), layout.length(), layout.fixed());
+    let (sync, terminator, content) = (layout.sync, layout.terminator, layout.content);
+    let (others, length, fixed) = (other_terminators(layout), layout.length, layout.fixed);
     let field = match length {
         Length::Field(field) => Some(field),
         _ => None,
     };
     let header = offset(layout.header());
     let fixed_in = |range: &dyn Fn(i16) -> bool| fixed.iter().filter(|bits| range(bits.at)).count();
-    let messages = layout.messages();
+    let messages = layout.messages;
     let known = messages.map_or(&[][..], |messages| messages.known);
     let is = |number: Option<Number>, wanted| number.map(|it| (it.bytes, it.order)) == Some(wanted);
     let numbers =
         [ByteOrder::Little, ByteOrder::Big].map(|order| (1..=4).map(move |bytes| (bytes, order)));
     let numbers: Vec<(usize, ByteOrder)> = numbers.into_iter().flatten().collect();
-    let trailer = layout.trailer();
+    let trailer = layout.trailer;
     let bits = |frame: &[u8]| trailer.map_or(0, |it| (frame[it.at] & it.mask).count_ones());
-    let checksum = layout.checksum();
+    let checksum = layout.checksum;
     let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
     let encodings = encodings.map(|encoding| (1..=4).map(move |bytes| (bytes, encoding)));
     let algorithm = checksum.map(|checksum| checksum.algorithm);
@@ -434,8 +460,8 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "terminators" in 0..=4, |count| terminator.each().count() == count;
         "bytes of a terminator" in 1..=3, |bytes| terminator.length == bytes;
         "terminator with the index" in 0..=3, |index| terminator.each().nth(index).is_some_and(ends);
-        "other terminators" in 1..=3, |count| others.len() == count;
-        "other terminator with the index" in 0..=2, |index: usize| others.get(index).is_some_and(|end| ends(end));
+        "other terminators" in 1..=4, |count| others.len() == count;
+        "other terminator with the index" in 0..=3, |index: usize| others.get(index).is_some_and(|end| ends(end));
         "terminators that end alike", others.iter().any(|end| ends(end) && terminator.each().any(|one| {
             one.ends_with(end) && ends(one) || end.ends_with(one)
         }));
@@ -448,7 +474,7 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
         "messages" in 0..=5, |count| known.len() == count;
         "number of a message" in &numbers, |&form| is(messages.map(|it| it.number), form);
-        "message with an extra byte", checksum.is_some() && known.iter().any(|it| it.has_extra);
+        "message with an extra byte", checksum.is_some() && known.iter().any(|it| it.extra.is_some());
         "message with a longest payload", field.is_some() && known.iter().any(|it| it.longest_payload < 30);
         "fixed bits" in 0..=4, |count| fixed.len() == count;
         "fixed bits in the header" in 1..=3, |count| fixed_in(&|at| 0 <= at && at < header) == count;
@@ -490,7 +516,7 @@ fn frames_of_any_layout_are_delivered() {
         let Some(layout) = layout(&mut random) else {
             continue;
         };
-        let layout: &Layout = Box::leak(Box::new(layout));
+        let layout: &CheckedLayout = Box::leak(Box::new(layout));
         let frames: Vec<Vec<u8>> = (0..60)
             .filter_map(|_| frame(layout, &mut random))
             .take(12)

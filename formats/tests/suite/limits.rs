@@ -92,7 +92,7 @@ impl<F: Format> Format for Counting<'_, F> {
 
 /// Pushes the stream, all of which remains pending, and then ends it by a line event, or by one call of `poll` after one
 /// more byte. Returns the most bytes that one push, the poll, and the line event examine.
-fn most_examined<F: Format, const N: usize>(format: F, stream: &[u8]) -> [usize; 3] {
+fn most_examined<F: Format + Copy, const N: usize>(format: F, stream: &[u8]) -> [usize; 3] {
     let count = Cell::new(0);
     let new = || BufferedReceiver::<_, [u8; N]>::new(Counting(format, &count));
     let (mut receiver, mut ended, mut most) = (new(), new(), 0);

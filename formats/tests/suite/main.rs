@@ -13,7 +13,7 @@ mod nmea;
 mod others;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
-use framelock_formats::layout::{KnownMessage, Layout, LayoutBuilder};
+use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
 
 /// Receives a stream and calls `see` with each message.
 fn receive<F: Format, const N: usize>(
@@ -57,6 +57,6 @@ fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
     frame.expect("it is encoded").to_vec()
 }
 
-fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
-    builder.build().expect("its parts agree")
+fn built<'a>(layout: &Layout<'a>) -> CheckedLayout<'a> {
+    layout.check().expect("its parts agree")
 }

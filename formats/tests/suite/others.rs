@@ -66,11 +66,10 @@ proptest! {
     #[test]
     fn crcs_with_and_without_tables(bytes in prop::collection::vec(any::<u8>(), 0..=40)) {
         let of_sixteen_bits = |polynomial, reflected| {
-            let crc = Crc::new(16, polynomial).initial(0xFFFF);
-            crc.reflected_in(reflected).reflected_out(reflected)
+            Crc { initial: 0xFFFF, reflected_in: reflected, reflected_out: reflected, ..Crc::new(16, polynomial) }
         };
-        let of_32_bits = Crc::new(32, 0x04C1_1DB7).initial(u32::MAX).xor_out(u32::MAX);
-        let of_24_bits = Crc::new(24, 0x1021).reflected();
+        let of_32_bits = Crc { initial: u32::MAX, xor_out: u32::MAX, ..Crc::new(32, 0x04C1_1DB7) };
+        let of_24_bits = Crc { reflected_in: true, reflected_out: true, ..Crc::new(24, 0x1021) };
         let expected = |theirs| crc::Crc::<u16>::new(theirs).checksum(&bytes).into();
         for (crc, expected) in [
             (of_sixteen_bits(0x1021, true), expected(&crc::CRC_16_MCRF4XX)),
@@ -81,7 +80,7 @@ proptest! {
         ] {
             let (words, sixteens) = (crc.table_of_words(), crc.table_of_sixteens());
             for table in [Table::None, Table::Words(&words), Table::Sixteens(&sixteens)] {
-                prop_assert_eq!(Algorithm::Crc(crc.table(table)).of(&bytes, None), expected);
+                prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
             }
         }
     }
@@ -93,12 +92,11 @@ proptest! {
             (0x31, false, &crc::CRC_8_NRSC_5),
             (0x07, true, &crc::CRC_8_ROHC),
         ] {
-            let crc = Crc::new(8, polynomial).initial(0xFF);
-            let crc = crc.reflected_in(reflected).reflected_out(reflected);
+            let crc = Crc { initial: 0xFF, reflected_in: reflected, reflected_out: reflected, ..Crc::new(8, polynomial) };
             let (narrow, words) = (crc.table_of_bytes(), crc.table_of_words());
             let expected = crc::Crc::<u8>::new(theirs);
             for table in [Table::None, Table::Bytes(&narrow), Table::Words(&words)] {
-                let algorithm = Algorithm::Crc(crc.table(table));
+                let algorithm = Algorithm::Crc(Crc { table, ..crc });
                 prop_assert_eq!(algorithm.of(&bytes, None), expected.checksum(&bytes).into());
                 prop_assert_eq!(algorithm.of(&bytes, Some(extra)), expected.checksum(&all).into());
             }

@@ -5,7 +5,7 @@ use std::cmp::max;
 use framelock::Classification::{self, Frame, Incomplete, Rejected};
 use framelock::{Counters, DiscardReason, Format};
 use framelock_formats::layout::{
-    Algorithm, ByteOrder, Checksum, Crc, Encoding, Layout, Length, Number,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, Layout, Length, Number, Patterns,
 };
 
 use crate::framing::as_the_reference;
@@ -21,21 +21,21 @@ pub const LONGEST: usize = 128;
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn layouts(layout: &'static Layout<'static>, stream: &Stream) -> Counters {
+pub fn layouts(layout: &'static CheckedLayout<'static>, stream: &Stream) -> Counters {
     let receiver = || ByLayout(layout);
     as_the_reference::<_, LONGEST>(receiver, &Interpreted(layout), stream, || 0)
 }
 
 /// The receivers' format.
 #[derive(Clone, Copy)]
-struct ByLayout(&'static Layout<'static>);
+struct ByLayout(&'static CheckedLayout<'static>);
 
 impl Format for ByLayout {
     const LONGEST: usize = LONGEST;
     type Message<'a> = &'a [u8];
 
     fn longest(&self) -> usize {
-        self.0.longest()
+        self.0.longest
     }
 
     fn classify(&self, bytes: &[u8]) -> Classification {
@@ -57,14 +57,14 @@ impl Format for ByLayout {
 
 /// The reference's format.
 #[derive(Clone, Copy)]
-struct Interpreted(&'static Layout<'static>);
+struct Interpreted(&'static CheckedLayout<'static>);
 
 impl Format for Interpreted {
     const LONGEST: usize = LONGEST;
     type Message<'a> = ();
 
     fn longest(&self) -> usize {
-        self.0.longest()
+        self.0.longest
     }
 
     fn classify(&self, bytes: &[u8]) -> Classification {
@@ -87,7 +87,7 @@ pub fn interpret(layout: &Layout, bytes: &[u8]) -> Classification {
 
 /// Returns the length of the frame at the beginning of the bytes, or `None` if more bytes are needed.
 fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReason> {
-    let sync = layout.sync();
+    let sync = layout.sync;
     let syncs = || sync.bytes.chunks(max(sync.length, 1));
     if sync.length > 0 && !syncs().any(|sync| agree(sync, bytes)) {
         return Err(if syncs().any(|sync| sync[0] == bytes[0]) {
@@ -98,19 +98,19 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
     }
 
     let (mut header, mut limit, mut extra, mut trailer) = (max(sync.length, 1), None, None, 0);
-    if let Length::Field(field) = layout.length() {
+    if let Length::Field(field) = layout.length {
         header = max(header, field.number.at + field.number.bytes);
     }
-    if let Some(messages) = layout.messages() {
+    if let Some(messages) = layout.messages {
         header = max(header, messages.number.at + messages.number.bytes);
     }
-    if let Some(trailer) = layout.trailer() {
+    if let Some(trailer) = layout.trailer {
         header = max(header, trailer.at + 1);
     }
     if bytes.len() < header {
         return Ok(None);
     }
-    for bits in layout.fixed() {
+    for bits in layout.fixed {
         if let Ok(at) = usize::try_from(bits.at)
             && at < header
             && bytes[at] & bits.mask != bits.value
@@ -118,23 +118,23 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
             return Err(DiscardReason::BadHeader);
         }
     }
-    if let Some(messages) = layout.messages() {
+    if let Some(messages) = layout.messages {
         let sent = number(&messages.number, bytes);
         let mut known = messages.known.iter();
         let message = known.find(|known| u64::from(known.number) == sent);
         let message = message.ok_or(DiscardReason::UnknownMessage)?;
         limit = Some(u64::from(message.longest_payload));
-        extra = message.has_extra.then_some(message.extra);
+        extra = message.extra;
     }
-    if let Some(announced) = layout.trailer()
+    if let Some(announced) = layout.trailer
         && bytes[announced.at] & announced.mask > 0
     {
         trailer = announced.bytes;
     }
 
     // `end` is the frame's length without the trailer. Offsets from the end count back from `counted`.
-    let (end, counted) = match layout.length() {
-        Length::Fixed => (layout.longest(), layout.longest()),
+    let (end, counted) = match layout.length {
+        Length::Fixed => (layout.longest, layout.longest),
         Length::Field(field) => {
             let sent = number(&field.number, bytes) & u64::from(field.mask);
             if limit.is_some_and(|limit| sent > limit) {
@@ -142,22 +142,22 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
             }
             let length = i128::from(sent) * i128::from(field.factor) + i128::from(field.plus);
             let length = usize::try_from(length).map_err(|_| DiscardReason::BadHeader)?;
-            if length < layout.shortest() || length + trailer < header {
+            if length < layout.shortest || length + trailer < header {
                 return Err(DiscardReason::BadHeader);
             }
-            if length + trailer > layout.longest() {
+            if length + trailer > layout.longest {
                 return Err(DiscardReason::TooLong);
             }
             (length, length)
         }
         Length::Delimiter => match delimiter(layout, bytes)? {
-            Some((content, width)) => (content + width, content + layout.terminator().length),
-            None if bytes.len() == layout.longest() => return Err(DiscardReason::WrongTerminator),
+            Some((content, width)) => (content + width, content + layout.terminator.length),
+            None if bytes.len() == layout.longest => return Err(DiscardReason::WrongTerminator),
             None => return Ok(None),
         },
         length => panic!("unknown: {length:?}"),
     };
-    if counted < layout.shortest() {
+    if counted < layout.shortest {
         return Err(DiscardReason::BadHeader);
     }
     if bytes.len() < end + trailer {
@@ -165,19 +165,19 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
     }
 
     let frame = &bytes[..end];
-    let terminator = layout.terminator();
-    if terminator.length > 0 && !matches!(layout.length(), Length::Delimiter) {
+    let terminator = layout.terminator;
+    if terminator.length > 0 && !matches!(layout.length, Length::Delimiter) {
         let mut terminators = terminator.bytes.chunks(terminator.length);
         if !terminators.any(|terminator| frame.ends_with(terminator)) {
             return Err(DiscardReason::WrongTerminator);
         }
     }
-    for bits in layout.fixed() {
+    for bits in layout.fixed {
         if frame[place(bits.at, counted)] & bits.mask != bits.value {
             return Err(DiscardReason::WrongTerminator);
         }
     }
-    if let Some(checksum) = layout.checksum()
+    if let Some(checksum) = layout.checksum
         && !is_right(&checksum, frame, counted, extra)
     {
         return Err(DiscardReason::ChecksumMismatch);
@@ -186,20 +186,23 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
 }
 
 /// Returns the position and the length of the first terminator after the sync; `None` if more bytes are needed.
-fn delimiter(layout: &Layout, bytes: &[u8]) -> Result<Option<(usize, usize)>, DiscardReason> {
-    let terminator = layout.terminator();
-    let own = || terminator.bytes.chunks(terminator.length);
-    let all = || own().chain(layout.other_terminators().iter().copied());
+fn delimiter<'a>(
+    layout: &Layout<'a>,
+    bytes: &[u8],
+) -> Result<Option<(usize, usize)>, DiscardReason> {
+    let [other, another] = layout.other_terminators;
+    let of = |patterns: Patterns<'a>| patterns.bytes.chunks(patterns.length.max(1));
+    let all = || of(layout.terminator).chain(of(other)).chain(of(another));
     let is_content = |byte: u8| {
-        let mut ranges = layout.content().iter();
+        let mut ranges = layout.content.iter();
         ranges.any(|&(first, last)| (first..=last).contains(&byte))
     };
-    for at in layout.sync().length..bytes.len() {
+    for at in layout.sync.length..bytes.len() {
         let rest = &bytes[at..];
         if let Some(found) = all().find(|terminator| rest.starts_with(terminator)) {
             return Ok(Some((at, found.len())));
         }
-        if !layout.content().is_empty() && !is_content(bytes[at]) {
+        if !layout.content.is_empty() && !is_content(bytes[at]) {
             let may_follow = all().any(|terminator| agree(terminator, rest));
             return if may_follow {
                 Ok(None)

@@ -5,7 +5,7 @@
     reason = "sums are taken modulo 256, and lengths fit"
 )]
 
-use framelock_formats::layout::{KnownMessage, Layout};
+use framelock_formats::layout::{CheckedLayout, KnownMessage};
 use framelock_formats::{crsf, ibus, mavlink, motion::SIX_AXES, nmea, rtcm, sbus, ubx};
 
 /// The shipped formats.
@@ -42,7 +42,7 @@ fn definition(id: u32) -> Option<(u8, u8)> {
 
 impl Protocol {
     /// Returns framelock's own layout of the protocol.
-    fn layout(self) -> Layout<'static> {
+    fn layout(self) -> CheckedLayout<'static> {
         match self {
             Self::Sbus => sbus::LAYOUT,
             Self::Ibus => ibus::LAYOUT,

@@ -50,17 +50,17 @@ fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
     let ends = fields.clone().filter_map(|field| field.end(rest));
-    let length = kind.least_length(ends).max(layout.shortest()) + longer;
+    let length = kind.least_length(ends).max(layout.shortest) + longer;
     let is_text = fields.any(|field| field.kind == Type::Text);
     let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
-    let content = layout.content();
+    let content = layout.content;
     let is_content = |byte: u8| content.iter().any(|(a, b)| (*a..=*b).contains(&byte));
     let any: Vec<u8> = any
         .filter(|byte| content.is_empty() || is_content(*byte))
         .collect();
-    let bytes = (0..length.min(layout.longest())).filter_map(|_| any.choose(random).copied());
+    let bytes = (0..length.min(layout.longest)).filter_map(|_| any.choose(random).copied());
     let mut frame: Vec<u8> = bytes.collect();
-    if let Some(messages) = layout.messages()
+    if let Some(messages) = layout.messages
         && let Some(message) = messages.known.choose(random)
     {
         let (place, mut bytes) = (messages.number, message.number.to_le_bytes());

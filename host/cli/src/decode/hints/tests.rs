@@ -198,17 +198,17 @@ fn random_frames(protocol: &Protocol, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let (format, mut frames) = (protocol.description.format(), Vec::new());
     for _ in 0..20_000 {
         let layout = protocol.description.kinds.choose(random).unwrap().layout;
-        let longest = layout.longest().min(layout.shortest() + 60);
-        let length = random.random_range(layout.shortest().max(1)..=longest);
+        let longest = layout.longest.min(layout.shortest + 60);
+        let length = random.random_range(layout.shortest.max(1)..=longest);
         let is_content = |byte: u8| {
-            let ranges = layout.content();
+            let ranges = layout.content;
             ranges.is_empty() || ranges.iter().any(|(a, b)| (a..=b).contains(&&byte))
         };
         let content: Vec<u8> = (0..=u8::MAX).filter(|byte| is_content(*byte)).collect();
         let mut frame: Vec<u8> = (0..length)
             .map(|_| *content.choose(random).unwrap())
             .collect();
-        if let Some(messages) = layout.messages() {
+        if let Some(messages) = layout.messages {
             let number = messages.known.choose(random).unwrap().number.to_le_bytes();
             let place = frame.iter_mut().skip(messages.number.at);
             let bytes = number.iter().take(messages.number.bytes);
