@@ -134,7 +134,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
             frames += 1;
             writeln!(text, "frame {kind}").unwrap();
             let mut has_empty = false;
-            for (field, content) in description.kinds[kind].shown(frame) {
+            for (field, content) in description.kinds[kind].values(frame) {
                 has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
                 let values: String = content.values().map(|value| said(field, value)).collect();
                 writeln!(text, "{}{values}", field.name).unwrap();

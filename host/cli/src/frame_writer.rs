@@ -4,8 +4,7 @@
 use std::io::Write as _;
 use std::time::Duration;
 
-use framelock_description::text::no_such;
-use framelock_description::{Column, Field, KIND, Kind, Value};
+use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
@@ -98,8 +97,8 @@ impl FrameWriter {
         let description = &self.protocol.description;
         for name in names {
             let is_it = |own: &str| own.eq_ignore_ascii_case(name);
-            if !description.shown().any(|kind| kind.has_name(is_it)) {
-                let why = no_such(name, &description.kind_names());
+            if !description.kinds_and_views().any(|kind| kind.has_name(is_it)) {
+                let why = UnknownName::new(name, description.kind_names());
                 return Err(format!("--only {name}: {why}"));
             }
         }
@@ -110,12 +109,12 @@ impl FrameWriter {
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.shown().filter(|kind| kind.has_name(&is_wanted));
+        let wanted = || description.kinds_and_views().filter(|kind| kind.has_name(&is_wanted));
         self.columns.retain(|column| {
             let is_it = |field: &Field| field.name == *name_of(column);
             column.name == KIND || wanted().any(|kind| kind.varying_fields().any(is_it))
         });
-        let kinds = description.shown();
+        let kinds = description.kinds_and_views();
         let written = kinds.map(|kind| Written::new(kind, &self.columns, is_wanted(&kind.name)));
         self.written = written.collect();
     }
@@ -154,7 +153,7 @@ impl FrameWriter {
     fn kind(&self, frame: &[u8]) -> Option<&Written> {
         match &*self.written {
             [written] => Some(written),
-            written => written.get(self.protocol.description.shown_number(frame)),
+            written => written.get(self.protocol.description.view_number(frame)),
         }
     }
 
@@ -289,7 +288,7 @@ impl FrameWriter {
                 row.extend(part);
             }
         }
-        for (field, content) in kind.shown(frame) {
+        for (field, content) in kind.values(frame) {
             row.extend(between);
             row.extend(field.name.as_bytes());
             for value in content.values() {

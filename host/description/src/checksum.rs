@@ -82,7 +82,10 @@ fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
     }
     let sums = SUMS.iter().map(|(name, _)| *name);
     let crcs = CATALOGUE.iter().map(|(name, _)| *name);
-    let mut all: Vec<&str> = sums.chain(crcs).chain(aliases().map(|(alias, _)| alias)).collect();
+    let mut all: Vec<&str> = sums
+        .chain(crcs)
+        .chain(aliases().map(|(alias, _)| alias))
+        .collect();
     all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
     Err(Mistake::UnknownChecksum {
         name: name.to_owned(),
@@ -148,8 +151,11 @@ mod tests {
         let algorithm = named(name).unwrap();
         let sum = algorithm.of(bytes, None);
         if let Algorithm::Crc(crc) = algorithm {
-            let table = crc.table();
-            let crc = Crc { table: Table::Words(&table), ..crc };
+            let table = crc.table_of_words();
+            let crc = Crc {
+                table: Table::Words(&table),
+                ..crc
+            };
             assert_eq!(Algorithm::Crc(crc).of(bytes, None), sum, "{name}");
         }
         sum

@@ -31,7 +31,8 @@ impl Description {
             ([kind], None) => &kind.name.as_str().into(),
             (_, wanted) => wanted.ok_or_else(|| EncodeError::Missing(KIND.to_owned()))?,
         };
-        let is_given = |field: &Field| value(&field.name).is_some_and(|value| !value.is_null() && value != "");
+        let is_given =
+            |field: &Field| value(&field.name).is_some_and(|value| !value.is_null() && value != "");
         let mut first_error = None;
         // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
@@ -41,7 +42,10 @@ impl Description {
             let is_message = kind.message_names.iter().any(|(_, name)| wanted == name)
                 && (!has_view || rest.any(is_given));
             let whole = (is_message || wanted == &*kind.name).then_some(kind);
-            let views = kind.views.iter().filter(|view| wanted == &*view.name && !is_message);
+            let views = kind
+                .views
+                .iter()
+                .filter(|view| wanted == &*view.name && !is_message);
             for shown in whole.into_iter().chain(views) {
                 match self.encode_as(number, shown, wanted, value) {
                     Ok(frame) => return Ok(frame),
@@ -73,7 +77,10 @@ impl Description {
         // named messages.
         let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
         let is_wanted = |name: &str| wanted == name || is_whole && wanted == &*shown.name;
-        if self.is_frame(&frame) && self.number(&frame) == number && self.name(&frame).is_some_and(is_wanted) {
+        if self.is_frame(&frame)
+            && self.number(&frame) == number
+            && self.name(&frame).is_some_and(is_wanted)
+        {
             return Ok(frame);
         }
         Err(EncodeError::OtherKind)
@@ -185,11 +192,17 @@ impl Kind {
             reason,
         };
         if field.is_text() {
-            let bytes = field.to_bytes(given[0]).map_err(|reason| misfit(0, reason))?;
+            let bytes = field
+                .to_bytes(given[0])
+                .map_err(|reason| misfit(0, reason))?;
             return Ok(Some(Bits::Bytes(bytes)));
         }
         let bits = given.iter().enumerate();
-        let bits = bits.map(|(number, value)| field.to_bits(value).map_err(|reason| misfit(number, reason)));
+        let bits = bits.map(|(number, value)| {
+            field
+                .to_bits(value)
+                .map_err(|reason| misfit(number, reason))
+        });
         Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
     }
 
@@ -203,7 +216,9 @@ impl Kind {
             let field = self.fields.iter().find(is_number);
             return EncodeError::UnknownMessage {
                 field: field.map_or("message", |field| &field.name).to_owned(),
-                value: self.message_number(frame).map_or(String::new(), |number| number.to_string()),
+                value: self
+                    .message_number(frame)
+                    .map_or(String::new(), |number| number.to_string()),
             };
         }
         EncodeError::NoFrame {

@@ -9,14 +9,25 @@ impl Kind {
     #[must_use]
     pub fn content_bytes(&self) -> Vec<u8> {
         let ranges = self.layout().content;
-        let is_content = |byte: &u8| ranges.iter().any(|(first, last)| (first..=last).contains(&byte));
-        (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte)).collect()
+        let is_content = |byte: &u8| {
+            ranges
+                .iter()
+                .any(|(first, last)| (first..=last).contains(&byte))
+        };
+        (0..=u8::MAX)
+            .filter(|byte| ranges.is_empty() || is_content(byte))
+            .collect()
     }
 
     /// Makes a frame of `length` bytes with this number of a message. `fill` returns the byte at an index, which the
     /// layout's own parts then replace. Returns `None` if there is no such frame.
     #[must_use]
-    pub fn frame(&self, length: usize, message: Option<u32>, fill: impl FnMut(usize) -> u8) -> Option<Vec<u8>> {
+    pub fn frame(
+        &self,
+        length: usize,
+        message: Option<u32>,
+        fill: impl FnMut(usize) -> u8,
+    ) -> Option<Vec<u8>> {
         let mut frame: Vec<u8> = (0..length).map(fill).collect();
         if let (Some(messages), Some(message)) = (self.layout().messages, message) {
             let (number, mut bytes) = (messages.number, message.to_le_bytes());
@@ -24,7 +35,9 @@ impl Kind {
             if number.order == ByteOrder::Big {
                 bytes.reverse();
             }
-            frame.get_mut(number.at..number.end())?.copy_from_slice(bytes);
+            frame
+                .get_mut(number.at..number.end())?
+                .copy_from_slice(bytes);
         }
         self.layout().seal(&mut frame).then_some(frame)
     }
@@ -46,7 +59,10 @@ impl Kind {
         let fill = |length: usize, attempt: usize| {
             let fills = &fills;
             move |at: usize| {
-                let fixed = layout.fixed.iter().filter(|bits| index(bits.at, length) == Some(at));
+                let fixed = layout
+                    .fixed
+                    .iter()
+                    .filter(|bits| index(bits.at, length) == Some(at));
                 let agrees = |byte: &&u8| fixed.clone().all(|bits| *byte & bits.mask == bits.value);
                 let agreeing = fills.iter().filter(agrees);
                 let count = agreeing.clone().count().max(1);
@@ -58,9 +74,11 @@ impl Kind {
             [] => vec![None],
             known => known.iter().map(|message| Some(message.number)).collect(),
         };
-        let lengths = (layout.shortest..=layout.longest_without_trailer()).filter(|length| self.may_have_length(*length));
+        let lengths = (layout.shortest..=layout.longest_without_trailer())
+            .filter(|length| self.may_have_length(*length));
         let each = lengths.flat_map(|length| {
-            let attempts = (0..4).flat_map(|attempt| numbers.iter().map(move |number| (attempt, *number)));
+            let attempts =
+                (0..4).flat_map(|attempt| numbers.iter().map(move |number| (attempt, *number)));
             attempts.map(move |(attempt, number)| (length, attempt, number))
         });
         let mut each = each.take(ATTEMPTS);
@@ -74,6 +92,8 @@ impl Kind {
         };
         let counted = length as i64 - i64::from(field.plus);
         let number = counted / i64::from(field.factor);
-        counted % i64::from(field.factor) == 0 && number >= 0 && number & !i64::from(field.mask) == 0
+        counted % i64::from(field.factor) == 0
+            && number >= 0
+            && number & !i64::from(field.mask) == 0
     }
 }

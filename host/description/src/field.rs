@@ -143,13 +143,20 @@ impl NumberType {
             ("f", 4) => Class::Float,
             _ => return Err(unknown()),
         };
-        Ok(Self { class, bytes, order })
+        Ok(Self {
+            class,
+            bytes,
+            order,
+        })
     }
 
     /// Parses the type of an unsigned number of up to four bytes.
     pub(crate) fn parse_unsigned(name: &str) -> Result<Self, Mistake> {
         let number = Self::parse(name)?;
-        number.is_unsigned().then_some(number).ok_or(Mistake::NotUnsigned)
+        number
+            .is_unsigned()
+            .then_some(number)
+            .ok_or(Mistake::NotUnsigned)
     }
 
     fn is_unsigned(self) -> bool {
@@ -246,11 +253,16 @@ impl Field {
             Type::Number(number) if number.class != Class::Float => Some(number),
             _ => None,
         };
-        if mask.is_some_and(|mask| whole_number.is_none_or(|number| mask == 0 || mask > number.all())) {
+        if mask
+            .is_some_and(|mask| whole_number.is_none_or(|number| mask == 0 || mask > number.all()))
+        {
             return table.wrong("mask", Mistake::Mask);
         }
         let scale = (factor.is_some() || offset.is_some()).then(|| {
-            let one = Decimal { digits: 1, decimals: 0 };
+            let one = Decimal {
+                digits: 1,
+                decimals: 0,
+            };
             Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())
         });
         if scale.is_some() && whole_number.is_none() && width.is_none() {
@@ -285,10 +297,13 @@ impl Field {
             },
             Some(Values::OneOf(numbers)) => {
                 let number = whole_number.filter(|number| number.is_unsigned());
-                let Some(number) = number.filter(|_| mask.is_none() && count.is_none() && at >= 0) else {
+                let Some(number) = number.filter(|_| mask.is_none() && count.is_none() && at >= 0)
+                else {
                     return table.wrong("value", Mistake::ValueList);
                 };
-                if numbers.is_empty() || numbers.iter().any(|value| u64::from(*value) > number.all()) {
+                if numbers.is_empty()
+                    || numbers.iter().any(|value| u64::from(*value) > number.all())
+                {
                     return table.wrong("value", Mistake::UnfitValues);
                 }
                 field.allowed = numbers;
@@ -404,7 +419,9 @@ impl Field {
     /// bytes of a field that takes the rest of the frame.
     #[must_use]
     pub fn end(&self, rest: usize) -> Option<usize> {
-        let from = usize::try_from(self.at).ok().filter(|_| !self.is_appended)?;
+        let from = usize::try_from(self.at)
+            .ok()
+            .filter(|_| !self.is_appended)?;
         Some(from + self.length().unwrap_or(rest))
     }
 
@@ -648,7 +665,10 @@ pub(crate) fn column_name(name: &str) -> Result<String, Mistake> {
     if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(plain) {
         return Err(Mistake::ColumnName);
     }
-    if RESERVED.iter().any(|reserved| name.eq_ignore_ascii_case(reserved)) {
+    if RESERVED
+        .iter()
+        .any(|reserved| name.eq_ignore_ascii_case(reserved))
+    {
         return Err(Mistake::ReservedName(RESERVED));
     }
     Ok(name.to_owned())

@@ -31,7 +31,10 @@ pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, HexError> {
 }
 
 fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), HexReason> {
-    let digits = word.strip_prefix("0x").or(word.strip_prefix("0X")).unwrap_or(word);
+    let digits = word
+        .strip_prefix("0x")
+        .or(word.strip_prefix("0X"))
+        .unwrap_or(word);
     if let Some(other) = digits.chars().find(|digit| !digit.is_ascii_hexdigit()) {
         return Err(HexReason::Digit(text::quoted(&other.to_string())));
     }

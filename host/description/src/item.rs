@@ -110,7 +110,8 @@ fn decimal(text: &[u8]) -> Option<(i128, u32)> {
             _ => return None,
         }
     }
-    (count > 0 && text.len() <= 18).then(|| (sign * i128::from(number), count - point.unwrap_or(count)))
+    (count > 0 && text.len() <= 18)
+        .then(|| (sign * i128::from(number), count - point.unwrap_or(count)))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! A kind of frames: its layout, its fields, and the values of the fields in a frame.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use framelock_formats::layout::{
-    self, CheckedLayout, FixedBits, KnownMessage, Length, LengthField, Messages, Trailer,
+    self, CheckedLayout, FixedBits, KnownMessage, Length, LengthField, Trailer,
 };
 
 use crate::field::{Class, Field, NumberType, Type, column_name};
@@ -112,7 +112,11 @@ fn fields(tables: Vec<Table>) -> Result<Vec<(Field, Table)>, Located> {
 }
 
 /// Returns the sum of two lists of tables.
-fn both<'t>(common: Option<&Table<'t>>, own: &mut Table<'t>, key: &'static str) -> Result<Vec<Table<'t>>, Located> {
+fn both<'t>(
+    common: Option<&Table<'t>>,
+    own: &mut Table<'t>,
+    key: &'static str,
+) -> Result<Vec<Table<'t>>, Located> {
     let mut tables = match common {
         Some(common) => common.clone().tables(key)?,
         None => Vec::new(),
@@ -123,16 +127,24 @@ fn both<'t>(common: Option<&Table<'t>>, own: &mut Table<'t>, key: &'static str) 
 
 impl Kind {
     /// Reads the table of a kind. If the kind is one of many, `common` is the table that surrounds them.
-    pub(crate) fn read(name: &str, table: &mut Table, common: Option<&Table>) -> Result<Self, Located> {
+    pub(crate) fn read<'t>(
+        name: &str,
+        table: &mut Table<'t>,
+        common: Option<&Table<'t>>,
+    ) -> Result<Self, Located> {
         if let Some(common) = common {
             table.inherit(common);
         }
-        let sync = table.parse("sync", Alternatives::parse)?.unwrap_or_default();
+        let sync = table
+            .parse("sync", Alternatives::parse)?
+            .unwrap_or_default();
         let fixed_length = table.get::<usize>("length")?;
         let length_field = table.table("length_field", length_field)?;
         let (shortest, longest) = (table.get("shortest")?, table.get("longest")?);
         let terminators = table.parse("terminator", layouts::terminators)?;
-        let content = table.parse("content", layouts::content)?.unwrap_or_default();
+        let content = table
+            .parse("content", layouts::content)?
+            .unwrap_or_default();
         let checksum = table.table("checksum", checksum::read)?;
         let messages = table.table("messages", |mut table| {
             let messages = (number(&mut table)?, table.need::<Known>("known")?);
@@ -193,24 +205,37 @@ impl Kind {
         if common.is_some() && parts.messages.is_none() {
             parts.messages = distinguishing(&parts.fixed, header);
         }
-        (parts.shortest, parts.longest) = bounds(table, fixed_length, &length, shortest, longest, header + from_end)?;
+        (parts.shortest, parts.longest) = bounds(
+            table,
+            fixed_length,
+            &length,
+            shortest,
+            longest,
+            header + from_end,
+        )?;
         if let Some(layout::Algorithm::Crc(crc)) = checksum.map(|checksum| checksum.algorithm)
             && (8..=32).contains(&crc.width)
         {
-            parts.table = Some(Box::new(crc.table()));
+            parts.table = Some(Box::new(crc.table_of_words()));
         }
         let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
             let has_bounds = table.has("longest");
             let span = match contradiction.part {
                 layout::Part::Sync => table.span_of("sync"),
-                layout::Part::Shortest | layout::Part::Longest if has_bounds => table.span_of("longest"),
+                layout::Part::Shortest | layout::Part::Longest if has_bounds => {
+                    table.span_of("longest")
+                }
                 layout::Part::Length if table.has("length_field") => table.span_of("length_field"),
-                layout::Part::Length | layout::Part::Shortest | layout::Part::Longest => table.span_of("length"),
+                layout::Part::Length | layout::Part::Shortest | layout::Part::Longest => {
+                    table.span_of("length")
+                }
                 layout::Part::Fixed(number) => fields[owners[number]].1.span_of("value"),
                 layout::Part::Messages if table.has("messages") => table.span_of("messages"),
                 layout::Part::Messages => {
                     let mut lists = fields.iter().filter(|(field, _)| !field.allowed.is_empty());
-                    lists.next().map_or(0..0, |(_, table)| table.span_of("value"))
+                    lists
+                        .next()
+                        .map_or(0..0, |(_, table)| table.span_of("value"))
                 }
                 layout::Part::Checksum => table.span_of("checksum"),
                 layout::Part::Content => table.span_of("content"),
@@ -237,7 +262,8 @@ impl Kind {
             return Err(Located::new(table.span.clone(), Mistake::NoFrame));
         }
         for mut view in views {
-            kind.views.push(plain.view(&mut view, &fields, trailer_field.clone(), fixed_length)?);
+            kind.views
+                .push(plain.view(&mut view, &fields, trailer_field.clone(), fixed_length)?);
         }
         Ok(kind)
     }
@@ -258,9 +284,13 @@ impl Kind {
         // If a view has items, the view's fields are added to the field that takes the rest of the frame. Otherwise the
         // view's fields replace that field.
         let has_items = own.iter().any(|(field, _)| field.item.is_some());
-        let common = common.iter().filter(|(field, _)| has_items || field.length().is_some());
+        let common = common
+            .iter()
+            .filter(|(field, _)| has_items || field.length().is_some());
         let fields: Vec<(Field, Table)> = common.cloned().chain(own).collect();
-        let from_end = fields.iter().map(|(field, _)| usize::from(field.at.min(0).unsigned_abs()));
+        let from_end = fields
+            .iter()
+            .map(|(field, _)| usize::from(field.at.min(0).unsigned_abs()));
         let mut view = Self {
             name,
             sign: (at, bytes),
@@ -280,7 +310,11 @@ impl Kind {
         trailer: Option<Field>,
         fixed_length: Option<usize>,
     ) -> Result<(), Located> {
-        self.fields = fields.iter().map(|(field, _)| field.clone()).chain(trailer).collect();
+        self.fields = fields
+            .iter()
+            .map(|(field, _)| field.clone())
+            .chain(trailer)
+            .collect();
         for (number, field) in self.fields.iter_mut().enumerate() {
             if !field.limit(fixed_length, self.from_end) {
                 return Err(Located::new(fields[number].1.span.clone(), Mistake::NoRest));
@@ -290,7 +324,11 @@ impl Kind {
         let longest = self.layout().longest_without_trailer();
         for length in [self.layout().shortest, longest] {
             // An item shares the bytes of its text.
-            let own = self.fields.iter().zip(fields).filter(|(field, _)| field.item.is_none());
+            let own = self
+                .fields
+                .iter()
+                .zip(fields)
+                .filter(|(field, _)| field.item.is_none());
             for (field, (_, table)) in own {
                 if length < longest && self.shortest_with(field).is_some() {
                     continue;
@@ -300,10 +338,13 @@ impl Kind {
                         field: field.name.clone(),
                         length,
                     }),
-                    Some(bytes) => self.overlapped(field, bytes, length).map(|part| Mistake::Overlap {
-                        field: field.name.clone(),
-                        part,
-                    }),
+                    Some(bytes) => {
+                        self.overlapped(field, bytes, length)
+                            .map(|part| Mistake::Overlap {
+                                field: field.name.clone(),
+                                part,
+                            })
+                    }
                     None => None,
                 };
                 if let Some(mistake) = mistake {
@@ -316,13 +357,21 @@ impl Kind {
 
     /// Returns the name of another part that has a bit of this field in a frame of `length` bytes. A field may select
     /// one of several syncs or terminators.
-    fn overlapped(&self, field: &Field, bytes: Range<usize>, length: usize) -> Option<&'static str> {
+    fn overlapped(
+        &self,
+        field: &Field,
+        bytes: Range<usize>,
+        length: usize,
+    ) -> Option<&'static str> {
         let (layout, mut overlapped) = (self.layout(), None);
         let is_choice = |part: Part| match part {
             Part::Sync => layout.sync.bytes.len() > layout.sync.length,
             Part::Terminator => {
                 layout.terminator.bytes.len() > layout.terminator.length
-                    && layout.other_terminators.iter().all(|other| other.length == 0)
+                    && layout
+                        .other_terminators
+                        .iter()
+                        .all(|other| other.length == 0)
             }
             _ => false,
         };
@@ -373,7 +422,10 @@ impl Kind {
             };
             for number in 0..field.values() {
                 let bytes = field.value_bytes(number, all.len());
-                parts.push((Part::Value(field, number), all.start + bytes.start..all.start + bytes.end));
+                parts.push((
+                    Part::Value(field, number),
+                    all.start + bytes.start..all.start + bytes.end,
+                ));
             }
         }
         parts.extend(self.layout_parts(length, is_whole));
@@ -387,13 +439,18 @@ impl Kind {
         if let Length::Field(field) = layout.length {
             parts.push((Part::Length, field.number.at..field.number.end()));
         }
-        if let Some(checksum) = layout.checksum.filter(|checksum| is_whole || checksum.at >= 0)
+        if let Some(checksum) = layout
+            .checksum
+            .filter(|checksum| is_whole || checksum.at >= 0)
             && let Some(from) = layout::index(checksum.at, length)
         {
             parts.push((Part::Checksum, from..from + checksum.encoded_bytes()));
         }
         if is_whole {
-            parts.push((Part::Terminator, length.saturating_sub(layout.terminator.length)..length));
+            parts.push((
+                Part::Terminator,
+                length.saturating_sub(layout.terminator.length)..length,
+            ));
         }
         parts
     }
@@ -485,8 +542,14 @@ impl Kind {
         if frame.get(*at..at + bytes.len()) != Some(bytes) {
             return false;
         }
-        let trailer = self.layout().trailer.map_or(0, |trailer| trailer.bytes_after(frame));
-        let end = self.layout().counted_length(frame).saturating_sub(trailer + self.from_end);
+        let trailer = self
+            .layout()
+            .trailer
+            .map_or(0, |trailer| trailer.bytes_after(frame));
+        let end = self
+            .layout()
+            .counted_length(frame)
+            .saturating_sub(trailer + self.from_end);
         match &self.ends {
             None => true,
             Some(ends) if self.has_truncated_zeros => ends.last().is_some_and(|last| end <= *last),
@@ -509,16 +572,13 @@ impl Kind {
         self.fields.iter().filter(|field| field.constant.is_none())
     }
 
-    /// Calls `visit` with each field whose value differs between frames, and with the field's content. Leaves out
-    /// fields for which the frame is too short.
+    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
+    /// is too short. All output of frames goes over this list.
     #[inline]
-    pub fn visit<'f>(&'f self, frame: &'f [u8], mut visit: impl FnMut(&'f Field, Content<'f>)) {
+    pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
-        for field in self.varying_fields() {
-            if let Some(content) = contents.of(field) {
-                visit(field, content);
-            }
-        }
+        let fields = self.varying_fields();
+        fields.filter_map(move |field| Some((field, contents.of(field)?)))
     }
 
     /// Returns the parts of a frame, for reading many fields.
@@ -526,7 +586,9 @@ impl Kind {
     #[must_use]
     pub fn contents<'f>(&'f self, frame: &'f [u8]) -> Contents<'f> {
         let layout = self.layout();
-        let trailer = layout.trailer.map_or(0, |trailer| trailer.bytes_after(frame));
+        let trailer = layout
+            .trailer
+            .map_or(0, |trailer| trailer.bytes_after(frame));
         let (alone, appended) = frame.split_at(frame.len().saturating_sub(trailer));
         Contents {
             kind: self,
@@ -585,7 +647,9 @@ fn fixed_bits<'f>(fields: impl Iterator<Item = &'f Field>) -> (Vec<FixedBits>, V
             *mask |= 1 << (place % 8);
             *value |= u8::from(constant >> of_value & 1 == 1) << (place % 8);
         });
-        let bits = bytes.into_iter().map(|(at, (mask, value))| FixedBits { at, mask, value });
+        let bits = bytes
+            .into_iter()
+            .map(|(at, (mask, value))| FixedBits { at, mask, value });
         all.extend(bits.map(|bits| (bits, number)));
     }
     all.into_iter().unzip()
@@ -600,7 +664,10 @@ fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<layouts::OwnMess
     let last = fixed.iter().filter(follows).max_by_key(|bits| bits.at)?;
     let bytes = (0..=u8::MAX).filter(|byte| byte & last.mask == last.value);
     let known: Vec<KnownMessage> = bytes.map(|byte| KnownMessage::new(byte.into())).collect();
-    Some((layout::Number::byte(last.at.unsigned_abs().into()), known.into()))
+    Some((
+        layout::Number::byte(last.at.unsigned_abs().into()),
+        known.into(),
+    ))
 }
 
 /// The parts of a frame.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use framelock::{Classification, Format, LineEvent};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::{
-    Algorithm, CheckedLayout, Checksum, Contradiction, Crc, FixedBits, KnownMessage, Layout, Length, Messages, Number,
-    Patterns, Table, Trailer,
+    Algorithm, CheckedLayout, Checksum, Contradiction, Crc, FixedBits, KnownMessage, Layout,
+    Length, Messages, Number, Patterns, Table, Trailer,
 };
 use self_cell::self_cell;
 
@@ -63,7 +63,10 @@ impl Parts {
             checksum: self.checksum.map(with_table),
             terminator: self.terminator.patterns(),
             content: &self.content,
-            other_terminators: self.other_terminators.each_ref().map(Alternatives::patterns),
+            other_terminators: self
+                .other_terminators
+                .each_ref()
+                .map(Alternatives::patterns),
             trailer: self.trailer,
         }
     }
@@ -182,7 +185,10 @@ pub(crate) fn terminators(text: &str) -> Result<[Alternatives; 3], Mistake> {
     let mut groups: [Alternatives; 3] = Default::default();
     for end in sequences(text)? {
         let is_own = |group: &&mut Alternatives| group.length == end.len() || group.length == 0;
-        let group = groups.iter_mut().find(is_own).ok_or(Mistake::ManyTerminators)?;
+        let group = groups
+            .iter_mut()
+            .find(is_own)
+            .ok_or(Mistake::ManyTerminators)?;
         group.length = end.len();
         group.bytes.extend(end);
     }

@@ -22,15 +22,15 @@
 //! let frame = description.encode(&[Some((-12.5).into()), Some(2.into())])?;
 //! let format = description.format();
 //! let buffer = vec![0; 2 * format.longest()];
-//! let mut receiver = BufferedReceiver::with_buffer(format, buffer).expect("it holds a frame");
+//! let mut receiver = BufferedReceiver::with_buffer(format.clone(), buffer).expect("it holds a frame");
 //! let mut shown = Vec::new();
 //! receiver.feed(&frame, |found| {
 //!     let Some((kind, frame)) = found.message().map(|frame| frame.message()) else {
 //!         return;
 //!     };
-//!     description.kinds[kind].visit(frame, |field, content| {
+//!     for (field, content) in description.kinds[kind].values(frame) {
 //!         shown.push(format!("{} {}", field.name, content.value()));
-//!     });
+//!     }
 //! });
 //! assert_eq!(shown, ["angle -12.5", "state 2"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -68,7 +68,9 @@ pub use field::{Class, Field, NumberType, Type};
 pub use item::Item;
 pub use kind::{Content, Contents, Kind, LONGEST, Part};
 pub use layouts::Layouts;
-pub use problem::{EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName};
+pub use problem::{
+    EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName,
+};
 pub use value::{Decimal, Scale, Value};
 
 use problem::Located;
@@ -131,8 +133,10 @@ impl Description {
         }
         let mut kinds = Vec::new();
         for name in &included {
-            let text = shipped(name.get_ref()).map_err(|unknown| Located::new(name.span(), unknown))?;
-            let shipped = Self::parse(name.get_ref(), text).expect("shipped descriptions are valid");
+            let text =
+                shipped(name.get_ref()).map_err(|unknown| Located::new(name.span(), unknown))?;
+            let shipped =
+                Self::parse(name.get_ref(), text).expect("shipped descriptions are valid");
             kinds.extend(shipped.kinds);
         }
         for kind in &mut tables {
@@ -150,7 +154,15 @@ impl Description {
             return table.wrong("name", Mistake::NeedlessName);
         }
         if let (Some(first), []) = (included.first(), &*tables)
-            && table.has_any(&["sync", "length", "length_field", "terminator", "content", "checksum", "fields"])
+            && table.has_any(&[
+                "sync",
+                "length",
+                "length_field",
+                "terminator",
+                "content",
+                "checksum",
+                "fields",
+            ])
         {
             return Err(Located::new(first.span(), Mistake::AnyOf));
         }
@@ -161,7 +173,9 @@ impl Description {
         }
         let columns = columns(&kinds).map_err(|mistake| {
             let span = if table.has("fields") {
-                table.tables("fields").map_or(0..0, |fields| fields[0].span.clone())
+                table
+                    .tables("fields")
+                    .map_or(0..0, |fields| fields[0].span.clone())
             } else {
                 tables.first().map_or(0..0, |kind| kind.span.clone())
             };
@@ -186,8 +200,8 @@ impl Description {
 
     /// Returns the format for a receiver.
     #[must_use]
-    pub fn format(&self) -> Layouts {
-        self.layouts.clone()
+    pub fn format(&self) -> &Layouts {
+        &self.layouts
     }
 
     /// Returns whether a receiver delivers these bytes as one frame, at the latest when a pause follows them.
@@ -211,7 +225,7 @@ impl Description {
     /// Returns the view that shows a frame, or the frame's kind if no view fits.
     #[must_use]
     pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
-        self.shown().nth(self.shown_number(frame))
+        self.kinds_and_views().nth(self.view_number(frame))
     }
 
     /// Returns the name of a frame's kind, view or message, which is the value of the column [`KIND`].
@@ -220,10 +234,10 @@ impl Description {
         self.kind(frame).map(|kind| kind.name_of(frame))
     }
 
-    /// Returns the index of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
+    /// Returns the index of the kind or view that shows a frame, in the order of [`kinds_and_views`](Self::kinds_and_views).
     #[must_use]
     #[inline]
-    pub fn shown_number(&self, frame: &[u8]) -> usize {
+    pub fn view_number(&self, frame: &[u8]) -> usize {
         let number = if self.kinds.len() == 1 {
             0
         } else {
@@ -240,15 +254,15 @@ impl Description {
     }
 
     /// Returns an iterator over the kinds. The views of each kind follow the kind.
-    pub fn shown(&self) -> impl Iterator<Item = &Kind> {
+    pub fn kinds_and_views(&self) -> impl Iterator<Item = &Kind> {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
     /// Returns the names of all kinds, views and messages.
     #[must_use]
     pub fn kind_names(&self) -> Vec<&str> {
-        let messages = self.shown().flat_map(|kind| &kind.message_names);
-        let kinds = self.shown().map(|kind| &*kind.name);
+        let messages = self.kinds_and_views().flat_map(|kind| &kind.message_names);
+        let kinds = self.kinds_and_views().map(|kind| &*kind.name);
         let mut names = Vec::new();
         for name in kinds.chain(messages.map(|(_, name)| *name)) {
             if !names.contains(&name) {
@@ -285,7 +299,8 @@ impl Description {
 pub fn read(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
+    let read = File::open(path)
+        .and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
     match read {
         Err(error) => Err(ReadError::Io { name, error }),
         Ok(length) if length > LONGEST_TEXT => Err(ReadError::TooLong(name)),
@@ -330,7 +345,9 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            if field.is_array() && *arrays.entry(&field.name).or_insert(field.values()) != field.values() {
+            if field.is_array()
+                && *arrays.entry(&field.name).or_insert(field.values()) != field.values()
+            {
                 return Err(Mistake::DifferentValues(field.name.clone()));
             }
             for number in 0..field.values() {
@@ -377,5 +394,7 @@ pub const SHIPPED: &[(&str, &str)] = shipped!(
 pub fn shipped(name: &str) -> Result<&'static str, UnknownName> {
     let found = SHIPPED.iter().find(|(shipped, _)| *shipped == name);
     let known = || SHIPPED.iter().map(|(name, _)| *name);
-    found.map(|(_, text)| *text).ok_or_else(|| UnknownName::new(name, known()))
+    found
+        .map(|(_, text)| *text)
+        .ok_or_else(|| UnknownName::new(name, known()))
 }

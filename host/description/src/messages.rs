@@ -97,7 +97,8 @@ impl Known {
         let known = self.messages();
         let is_of_dialect = |number: u32| {
             let extra = find(&known, number).map(|message| message.extra);
-            let defined = |dialect: &Dialect| find(dialect.messages(), number).map(|message| message.extra);
+            let defined =
+                |dialect: &Dialect| find(dialect.messages(), number).map(|message| message.extra);
             extra.is_some() && dialects.iter().any(|dialect| defined(dialect) == extra)
         };
         let lines = include_str!("message_names.txt").lines();

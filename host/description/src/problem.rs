@@ -134,7 +134,9 @@ pub enum Mistake {
     )]
     UnknownType(String),
     /// The number of a length, a message or a checksum has another type.
-    #[error("this must be an unsigned number of up to four bytes: u8, u16le, u16be, u24le and so on")]
+    #[error(
+        "this must be an unsigned number of up to four bytes: u8, u16le, u16be, u24le and so on"
+    )]
     NotUnsigned,
     /// A checksum has an unknown name.
     #[error(
@@ -260,7 +262,9 @@ pub enum Mistake {
     #[error("two kinds have different values called {0}")]
     DifferentValues(String),
     /// A kind is never found.
-    #[error("kind {kind} never occurs: each of its frames is also one of kind {earlier}, which is tried first")]
+    #[error(
+        "kind {kind} never occurs: each of its frames is also one of kind {earlier}, which is tried first"
+    )]
     NeverOccurs {
         /// The kind.
         kind: String,

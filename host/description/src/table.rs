@@ -60,7 +60,10 @@ impl<'t> Table<'t> {
     }
 
     /// Returns the value of a key.
-    pub(crate) fn get<T: DeserializeOwned>(&mut self, key: &'static str) -> Result<Option<T>, Located> {
+    pub(crate) fn get<T: DeserializeOwned>(
+        &mut self,
+        key: &'static str,
+    ) -> Result<Option<T>, Located> {
         let Some(value) = self.value(key) else {
             return Ok(None);
         };
@@ -104,7 +107,9 @@ impl<'t> Table<'t> {
         key: &'static str,
         read: impl Fn(Self) -> Result<T, Located>,
     ) -> Result<Option<T>, Located> {
-        self.value(key).map(|value| read(Self::of(value)?)).transpose()
+        self.value(key)
+            .map(|value| read(Self::of(value)?))
+            .transpose()
     }
 
     /// Returns the elements of a list of tables; none if the table lacks the key.
@@ -115,7 +120,10 @@ impl<'t> Table<'t> {
         match value.get_ref() {
             DeValue::Array(tables) => tables.iter().map(Self::of).collect(),
             other => {
-                let what = format!("invalid type: {}, expected a list of tables", other.type_str());
+                let what = format!(
+                    "invalid type: {}, expected a list of tables",
+                    other.type_str()
+                );
                 self.wrong(key, Mistake::Toml(what))
             }
         }
@@ -125,7 +133,12 @@ impl<'t> Table<'t> {
     pub(crate) fn finish(&self) -> Result<(), Located> {
         let unknown = |(key, _): &(&&str, _)| !self.known.contains(*key);
         // Report the first unknown key of the text.
-        match self.values.iter().filter(unknown).min_by_key(|(_, (span, _))| span.start) {
+        match self
+            .values
+            .iter()
+            .filter(unknown)
+            .min_by_key(|(_, (span, _))| span.start)
+        {
             None => Ok(()),
             Some((key, (span, _))) => Err(Located::new(
                 span.clone(),

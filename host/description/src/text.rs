@@ -117,7 +117,10 @@ pub fn nearest(name: &str, names: &[impl AsRef<str>]) -> String {
     let small = name.to_ascii_lowercase();
     // The Jaro-Winkler distance suggests `ubx` for `ublox`; an edit distance would suggest `bin`.
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
-    let near = names.iter().map(AsRef::as_ref).filter(|other| distance(other) < 0.35);
+    let near = names
+        .iter()
+        .map(AsRef::as_ref)
+        .filter(|other| distance(other) < 0.35);
     let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));
     nearest.map_or(String::new(), |other| format!(" (perhaps {other}?)"))
 }

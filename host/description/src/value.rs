@@ -30,7 +30,9 @@ impl Value<'_> {
     #[inline]
     pub fn append_to(&self, row: &mut Vec<u8>) {
         match self {
-            Self::Unsigned(number) => row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes()),
+            Self::Unsigned(number) => {
+                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
+            }
             other => other.append_rarer(row),
         }
     }
@@ -49,8 +51,12 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
-            Self::Signed(number) => row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes()),
-            Self::Unsigned(number) => row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes()),
+            Self::Signed(number) => {
+                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
+            }
+            Self::Unsigned(number) => {
+                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
+            }
         }
     }
 

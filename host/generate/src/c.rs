@@ -1,8 +1,8 @@
 //! Computes the values that the template of a C receiver needs about a layout.
 
 use framelock_formats::layout::{
-    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField,
-    Messages, Number, Patterns,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, FixedBits, Layout, Length,
+    LengthField, Messages, Number, Patterns,
 };
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -118,7 +118,7 @@ pub(crate) fn program(layouts: &[CheckedLayout]) -> Value {
         .max()
         .expect("a description has a kind");
     let is_window = match layouts {
-        [only] => only.length() == Length::Fixed && longest <= LONGEST_WINDOW,
+        [only] => only.length == Length::Fixed && longest <= LONGEST_WINDOW,
         _ => false,
     };
     let most = if is_window { longest } else { 3 * longest };

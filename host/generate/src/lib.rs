@@ -211,7 +211,9 @@ impl<'d> KindItem<'d> {
 impl Item {
     fn new(kind: &Kind, field: &Field, used: &mut HashSet<String>) -> Self {
         let (bytes, order, first) = match field.kind {
-            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => (number.bytes, "be", None),
+            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
+                (number.bytes, "be", None)
+            }
             Type::Number(number) => (number.bytes, "le", None),
             Type::Bits { first, .. } => (0, "", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
@@ -258,8 +260,16 @@ fn meaning(field: &Field) -> String {
         Type::Bytes => format!("At {}: bytes", field.at),
         Type::Text => format!("At {}: text", field.at),
     };
-    let mask = field.mask.map_or(String::new(), |mask| format!(", mask {mask:#X}"));
-    let scale = field.scale.as_ref().map_or(String::new(), |scale| format!("; times {scale}"));
-    let unit = field.unit.as_ref().map_or(String::new(), |unit| format!("; in `{}`", one_line(unit)));
+    let mask = field
+        .mask
+        .map_or(String::new(), |mask| format!(", mask {mask:#X}"));
+    let scale = field
+        .scale
+        .as_ref()
+        .map_or(String::new(), |scale| format!("; times {scale}"));
+    let unit = field
+        .unit
+        .as_ref()
+        .map_or(String::new(), |unit| format!("; in `{}`", one_line(unit)));
     format!("{place}{mask}{scale}{unit}.")
 }

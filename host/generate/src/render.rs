@@ -41,7 +41,9 @@ pub(crate) fn header(program: Value, name: &str) -> String {
     let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
     let name = module(name);
     let code = code.trim_start().replace("PREFIX", &name);
-    let (types, functions) = code.split_once("HELPERS\n").expect("the template has this line");
+    let (types, functions) = code
+        .split_once("HELPERS\n")
+        .expect("the template has this line");
     let helpers = HELPERS.replace("PREFIX", &name) + "\n";
     // Helpers may call other helpers.
     let direct = called(&code, &helpers);
@@ -54,7 +56,9 @@ pub(crate) fn header(program: Value, name: &str) -> String {
 pub(crate) fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
-        let (before, _) = function.split_once(['(', '<']).expect("each part is a function");
+        let (before, _) = function
+            .split_once(['(', '<'])
+            .expect("each part is a function");
         let name = before.rsplit(|c| !is_name(c)).next().unwrap_or(before);
         let call = format!("{name}(");
         let mut calls = code.match_indices(&call);

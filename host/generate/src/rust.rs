@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use framelock_formats::layout::{
-    Algorithm, ByteOrder, Checksum, Crc, Encoding, KnownMessage, Layout, Length, LengthField, Messages, Number,
-    Patterns,
+    Algorithm, ByteOrder, Checksum, Crc, Encoding, KnownMessage, Layout, Length, LengthField,
+    Messages, Number, Patterns,
 };
 use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 
@@ -107,10 +107,16 @@ pub struct Frames;
         program.longest
     ));
     code.block("impl Format for Frames {", "}", |code| {
-        let mut longest = program.kinds.iter().filter(|kind| kind.layout.longest == program.longest);
+        let mut longest = program
+            .kinds
+            .iter()
+            .filter(|kind| kind.layout.longest == program.longest);
         match longest.next() {
             Some(kind) if program.has_kinds => {
-                code.line(format!("classify_by!({}::LAYOUT, |_format| AnyOf(LAYOUTS));", kind.name));
+                code.line(format!(
+                    "classify_by!({}::LAYOUT, |_format| AnyOf(LAYOUTS));",
+                    kind.name
+                ));
             }
             _ => code.line("classify_by!(Message::LAYOUT);"),
         }
@@ -127,7 +133,9 @@ pub struct Frames;
                         true => "_".to_owned(),
                         false => number.to_string(),
                     };
-                    code.line(format!("({pattern}, frame) => Message::{name}({name}::decode(frame)),"));
+                    code.line(format!(
+                        "({pattern}, frame) => Message::{name}({name}::decode(frame)),"
+                    ));
                 }
             });
         });
@@ -156,13 +164,20 @@ const ENCODE_SIGNATURE: &str = "pub fn encode(&self, into: &mut [u8]) -> Option<
 /// Writes the parts of a module that concern all kinds.
 fn any_kind(code: &mut Code, program: &Program, of: &str) {
     code.line("\n/// The layouts, in the order in which they are tried.");
-    let layouts: Vec<String> = program.kinds.iter().map(|kind| format!("{}::LAYOUT", kind.name)).collect();
+    let layouts: Vec<String> = program
+        .kinds
+        .iter()
+        .map(|kind| format!("{}::LAYOUT", kind.name))
+        .collect();
     code.list("const LAYOUTS: &[CheckedLayout<'static>] = ", ";", &layouts);
     code.line("\n/// The values of a frame of any kind.");
     code.line("#[derive(Clone, PartialEq, Debug)]");
     code.block(format!("pub enum Message{of} {{"), "}\n", |code| {
         for kind in &program.kinds {
-            code.line(format!("/// A frame of the kind `{}`.", kind.described_name));
+            code.line(format!(
+                "/// A frame of the kind `{}`.",
+                kind.described_name
+            ));
             code.line(format!("{0}({0}{1}),", kind.name, lifetime(kind.borrows)));
         }
     });
@@ -172,7 +187,10 @@ fn any_kind(code: &mut Code, program: &Program, of: &str) {
         code.block(ENCODE_SIGNATURE, "}", |code| {
             code.block("match self {", "}", |code| {
                 for kind in &program.kinds {
-                    code.line(format!("Self::{}(message) => message.encode(into),", kind.name));
+                    code.line(format!(
+                        "Self::{}(message) => message.encode(into),",
+                        kind.name
+                    ));
                 }
             });
         });
@@ -212,7 +230,9 @@ fn bytes(bytes: &[u8]) -> String {
 fn patterns(patterns: &Patterns) -> String {
     match (patterns.length, bytes(patterns.bytes)) {
         (0, _) => "layout::Patterns::NONE".to_owned(),
-        (length, bytes) if length == patterns.bytes.len() => format!("layout::Patterns::one({bytes})"),
+        (length, bytes) if length == patterns.bytes.len() => {
+            format!("layout::Patterns::one({bytes})")
+        }
         (length, bytes) => format!("layout::Patterns::any_of({bytes}, {length})"),
     }
 }
@@ -238,7 +258,7 @@ fn layout(code: &mut Code, layout: &Layout) {
         match &layout.length {
             Length::Field(field) => length_field(code, field),
             Length::Delimiter => code.line("length: layout::Length::Delimiter,"),
-            Length::Fixed => {}
+            _ => {}
         }
         code.line(format!("shortest: {},", layout.shortest));
         code.line(format!("longest: {},", layout.longest));
@@ -262,7 +282,11 @@ fn layout(code: &mut Code, layout: &Layout) {
         if layout.terminator.length > 0 {
             code.line(format!("terminator: {},", patterns(&layout.terminator)));
         }
-        let content: Vec<String> = layout.content.iter().map(|(a, b)| format!("({a:#04X}, {b:#04X})")).collect();
+        let content: Vec<String> = layout
+            .content
+            .iter()
+            .map(|(a, b)| format!("({a:#04X}, {b:#04X})"))
+            .collect();
         if !content.is_empty() {
             code.list("content: ", ",", &content);
         }
@@ -292,25 +316,34 @@ fn length_field(code: &mut Code, field: &LengthField) {
     };
     let usual = LengthField::new(field.number);
     if *field == usual {
-        return code.line(format!("length: layout::Length::Field(layout::LengthField::{new}),"));
+        return code.line(format!(
+            "length: layout::Length::Field(layout::LengthField::{new}),"
+        ));
     }
-    code.block("length: layout::Length::Field(layout::LengthField {", "}),", |code| {
-        if field.mask != usual.mask {
-            code.line(format!("mask: {:#X},", field.mask));
-        }
-        if field.factor != usual.factor {
-            code.line(format!("factor: {},", field.factor));
-        }
-        if field.plus != usual.plus {
-            code.line(format!("plus: {},", field.plus));
-        }
-        code.line(format!("..layout::LengthField::{new}"));
-    });
+    code.block(
+        "length: layout::Length::Field(layout::LengthField {",
+        "}),",
+        |code| {
+            if field.mask != usual.mask {
+                code.line(format!("mask: {:#X},", field.mask));
+            }
+            if field.factor != usual.factor {
+                code.line(format!("factor: {},", field.factor));
+            }
+            if field.plus != usual.plus {
+                code.line(format!("plus: {},", field.plus));
+            }
+            code.line(format!("..layout::LengthField::{new}"));
+        },
+    );
 }
 
 fn messages(code: &mut Code, messages: &Messages) {
     code.block("messages: Some(layout::Messages {", "}),", |code| {
-        code.line(format!("number: layout::Number::{},", number(&messages.number)));
+        code.line(format!(
+            "number: layout::Number::{},",
+            number(&messages.number)
+        ));
         // A large table is a constant of `framelock-formats`.
         match messages.known {
             COMMON => code.line("known: framelock_formats::mavlink::COMMON,"),
@@ -334,39 +367,61 @@ fn checksum(code: &mut Code, checksum: &Checksum) {
             sum => code.line(format!("algorithm: layout::Algorithm::{sum:?},")),
         }
         if checksum.encoding != Encoding::Little {
-            code.line(format!("encoding: layout::Encoding::{:?},", checksum.encoding));
+            code.line(format!(
+                "encoding: layout::Encoding::{:?},",
+                checksum.encoding
+            ));
         }
         let places = [
             ("at", checksum.at, usual.at),
             ("from", checksum.from, usual.from),
             ("to", checksum.to, usual.to),
         ];
-        for (name, place, _) in places.into_iter().filter(|(_, place, usual)| place != usual) {
+        for (name, place, _) in places
+            .into_iter()
+            .filter(|(_, place, usual)| place != usual)
+        {
             code.line(format!("{name}: {place},"));
         }
-        code.line(format!("..layout::Checksum::at_the_end({})", checksum.bytes));
+        code.line(format!(
+            "..layout::Checksum::at_the_end({})",
+            checksum.bytes
+        ));
     });
 }
 
 fn crc(code: &mut Code, crc: &Crc) {
     let new = format!("layout::Crc::new({}, {:#X})", crc.width, crc.polynomial);
-    let Crc { initial, reflected_in, reflected_out, xor_out, .. } = crc;
+    let Crc {
+        initial,
+        reflected_in,
+        reflected_out,
+        xor_out,
+        ..
+    } = crc;
     if (*initial, *xor_out, *reflected_in, *reflected_out) == (0, 0, false, false) {
         return code.line(format!("algorithm: layout::Algorithm::Crc({new}),"));
     }
-    code.block("algorithm: layout::Algorithm::Crc(layout::Crc {", "}),", |code| {
-        for (name, value) in [("initial", initial), ("xor_out", xor_out)] {
-            if *value > 0 {
-                code.line(format!("{name}: {value:#X},"));
+    code.block(
+        "algorithm: layout::Algorithm::Crc(layout::Crc {",
+        "}),",
+        |code| {
+            for (name, value) in [("initial", initial), ("xor_out", xor_out)] {
+                if *value > 0 {
+                    code.line(format!("{name}: {value:#X},"));
+                }
             }
-        }
-        for (name, value) in [("reflected_in", reflected_in), ("reflected_out", reflected_out)] {
-            if *value {
-                code.line(format!("{name}: true,"));
+            for (name, value) in [
+                ("reflected_in", reflected_in),
+                ("reflected_out", reflected_out),
+            ] {
+                if *value {
+                    code.line(format!("{name}: true,"));
+                }
             }
-        }
-        code.line(format!("..{new}"));
-    });
+            code.line(format!("..{new}"));
+        },
+    );
 }
 
 fn type_of(item: &Item) -> String {
@@ -435,7 +490,9 @@ fn read_number(item: &Item, at: &str) -> String {
 fn read(item: &Item, length: &str, is_truncated: bool) -> String {
     let at = index(item, length);
     if item.is_text && is_truncated {
-        return format!("core::array::from_fn(|i| frame.get({at} + i).copied().unwrap_or_default())");
+        return format!(
+            "core::array::from_fn(|i| frame.get({at} + i).copied().unwrap_or_default())"
+        );
     }
     match (item.is_text, item.is_array) {
         (true, _) => format!("bytes(frame, {at})"),
@@ -519,7 +576,7 @@ let frame = whole.get(..end).unwrap_or_default();",
 /// Writes the statements that write a field into `frame`. `value` is an expression.
 fn put(code: &mut Code, item: &Item, value: &str) {
     let at = index(item, "length");
-    let mut number = |code: &mut Code, value: &str| {
+    let number = |code: &mut Code, value: &str| {
         let value = match &*item.number {
             "u64" => value.to_owned(),
             "f32" => format!("{value}.to_bits() as u64"),
@@ -533,15 +590,26 @@ fn put(code: &mut Code, item: &Item, value: &str) {
             None => value,
             Some(mask) => format!("{value} & {mask:#X}"),
         };
-        let function = if item.first.is_some() { "bits" } else { item.order };
-        code.line(format!("put_{function}(frame, {}, {value});", place(item, &at)));
+        let function = if item.first.is_some() {
+            "bits"
+        } else {
+            item.order
+        };
+        code.line(format!(
+            "put_{function}(frame, {}, {value});",
+            place(item, &at)
+        ));
     };
     if item.is_text {
         code.line(format!("put(frame, {at}, {value});"));
     } else if item.is_array {
-        code.block(format!("for (i, &value) in {value}.iter().enumerate() {{"), "}", |code| {
-            number(code, "value");
-        });
+        code.block(
+            format!("for (i, &value) in {value}.iter().enumerate() {{"),
+            "}",
+            |code| {
+                number(code, "value");
+            },
+        );
     } else {
         number(code, value);
     }
@@ -549,7 +617,11 @@ fn put(code: &mut Code, item: &Item, value: &str) {
 
 /// Writes the statements that set `length` to the length of the frame with these values, without the trailer.
 fn set_length(code: &mut Code, kind: &KindItem) {
-    let longer: Vec<(&Item, usize)> = kind.items.iter().filter_map(|item| Some((item, item.least?))).collect();
+    let longer: Vec<(&Item, usize)> = kind
+        .items
+        .iter()
+        .filter_map(|item| Some((item, item.least?)))
+        .collect();
     match &*longer {
         [] => code.line(format!("let length = {};", kind.start)),
         [(item, least)] if item.needs.is_none() && *least == kind.start => {
@@ -563,17 +635,26 @@ fn set_length(code: &mut Code, kind: &KindItem) {
                     (false, _) => code.block(format!("if self.{name}.is_some() {{"), "}", |code| {
                         code.line(format!("length = length.max({least});"));
                     }),
-                    (true, None) => code.line(format!("length = length.max({least} + self.{name}.len());")),
-                    (true, Some(_)) => code.block(format!("if let Some(rest) = self.{name} {{"), "}", |code| {
-                        code.line(format!("length = length.max({least} + rest.len());"));
-                    }),
+                    (true, None) => {
+                        code.line(format!("length = length.max({least} + self.{name}.len());"))
+                    }
+                    (true, Some(_)) => {
+                        code.block(format!("if let Some(rest) = self.{name} {{"), "}", |code| {
+                            code.line(format!("length = length.max({least} + rest.len());"));
+                        })
+                    }
                 }
             }
         }
     }
     if let Some((factor, more)) = kind.multiple {
-        code.line(format!("// Round up: every length is {more} more than a multiple of {factor}."));
-        code.line(format!("let length = length + ({} - length % {factor}) % {factor};", factor + more));
+        code.line(format!(
+            "// Round up: every length is {more} more than a multiple of {factor}."
+        ));
+        code.line(format!(
+            "let length = length + ({} - length % {factor}) % {factor};",
+            factor + more
+        ));
     }
 }
 
@@ -583,7 +664,11 @@ fn encode(code: &mut Code, kind: &KindItem, has_kinds: bool) {
         set_length(code, kind);
         let trailer = kind.layout.trailer.as_ref();
         let appended = trailer.zip(kind.items.iter().find(|item| item.is_appended));
-        let whole = if appended.is_some() { "whole" } else { "length" };
+        let whole = if appended.is_some() {
+            "whole"
+        } else {
+            "length"
+        };
         let zeros = kind.zeros.as_ref().filter(|zeros| zeros.are_left_out);
         // Fields that are counted from the front are written before zeros at the end are left out.
         let (first, second): (Vec<&Item>, Vec<&Item>) = kind
@@ -630,13 +715,25 @@ let frame = into.get_mut(..whole)?;",
         for item in second {
             let name = &item.name;
             if item.needs.is_none() {
-                let reference = if item.is_text && item.count.is_some() { "&" } else { "" };
+                let reference = if item.is_text && item.count.is_some() {
+                    "&"
+                } else {
+                    ""
+                };
                 put(code, item, &format!("{reference}self.{name}"));
             } else {
-                let reference = if item.is_text || item.is_array { "&" } else { "" };
-                code.block(format!("if let Some(value) = {reference}self.{name} {{"), "}", |code| {
-                    put(code, item, "value");
-                });
+                let reference = if item.is_text || item.is_array {
+                    "&"
+                } else {
+                    ""
+                };
+                code.block(
+                    format!("if let Some(value) = {reference}self.{name} {{"),
+                    "}",
+                    |code| {
+                        put(code, item, "value");
+                    },
+                );
             }
         }
         check(code, kind, has_kinds, whole);
@@ -667,7 +764,9 @@ let Message::{name}(again) = Frames.decode(frame) else {{
     if kind.items.iter().all(|item| item.number != "f32") {
         return code.line(format!("(again == *self).then_some({whole})"));
     }
-    code.line("// Compare floating-point numbers by their bits, because NaN is not equal to itself.");
+    code.line(
+        "// Compare floating-point numbers by their bits, because NaN is not equal to itself.",
+    );
     code.line("let mut is_same = true;");
     for item in &kind.items {
         let bits = match (&*item.number, item.is_array, item.needs) {
@@ -678,7 +777,9 @@ let Message::{name}(again) = Frames.decode(frame) else {{
             _ => "",
         };
         let name = &item.name;
-        code.line(format!("is_same &= again.{name}{bits} == self.{name}{bits};"));
+        code.line(format!(
+            "is_same &= again.{name}{bits} == self.{name}{bits};"
+        ));
     }
     code.line(format!("is_same.then_some({whole})"));
 }

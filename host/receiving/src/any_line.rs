@@ -39,7 +39,9 @@ impl fmt::Display for Policy {
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum LineError {
     /// The lecture's machine receives only BIN.
-    #[error("--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out")]
+    #[error(
+        "--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out"
+    )]
     LectureReceivesBin,
     /// The frames have no bytes.
     #[error("--frame {0} describes frames of 0 bytes: describe frames of at least one byte")]
@@ -84,7 +86,7 @@ impl AnyLine {
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
                 let buffer = vec![0; 2 * format.longest()];
-                let receiver = BufferedReceiver::with_buffer(format, buffer);
+                let receiver = BufferedReceiver::with_buffer(format.clone(), buffer);
                 let receiver = receiver.ok_or_else(|| LineError::NoBytes(protocol.name.clone()))?;
                 Ok(Self::Described(Line::new(receiver)))
             }
@@ -148,9 +150,7 @@ impl AnyLine {
 }
 
 /// Converts each frame to its bytes, for `found`.
-fn frame_alone(
-    mut found: impl FnMut(Found<&[u8]>),
-) -> impl FnMut(Found<Frame<'_, Layouts>>) {
+fn frame_alone(mut found: impl FnMut(Found<&[u8]>)) -> impl FnMut(Found<Frame<'_, Layouts>>) {
     move |one| found(one.map(|frame| frame.bytes()))
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
 /// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
 /// if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
-    let layout = &kind.layout;
+    let layout = kind.layout();
     let mut fields = kind.fields.iter();
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));

@@ -64,7 +64,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if fits(protocol, &inverted) || fitting(&inverted).is_some() {
         return Some("every bit is inverted: invert the line, or the bytes".to_owned());
     }
-    let delimited = |kind: &Kind| kind.layout.length == Length::Delimiter;
+    let delimited = |kind: &Kind| kind.layout().length == Length::Delimiter;
     let is_text = |byte: &&u8| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n');
     if stream.len() >= 8
         && share(stream, is_text) > 0.95
@@ -171,14 +171,14 @@ fn share(stream: &[u8], holds: impl Fn(&&u8) -> bool) -> f64 {
 
 fn sync(protocol: &Protocol) -> Option<&[u8]> {
     let kind = protocol.description.kinds.first()?;
-    kind.layout.sync.each().next()
+    kind.layout().sync.each().next()
 }
 
 /// Returns a hint if frames have a fixed length, but the sync repeats at a distance other than this length.
 fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
     let kind = protocol.description.kinds.first()?;
     let sync =
-        sync(protocol).filter(|sync| sync.len() > 1 && kind.layout.length == Length::Fixed)?;
+        sync(protocol).filter(|sync| sync.len() > 1 && kind.layout().length == Length::Fixed)?;
     let places = stream.windows(sync.len()).enumerate();
     let places = places.filter_map(|(at, bytes)| (bytes == sync).then_some(at));
     let places: Vec<usize> = places.collect();
@@ -189,7 +189,7 @@ fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
         }
     }
     let (&distance, &count) = distances.iter().max_by_key(|(_, count)| **count)?;
-    let length = kind.layout.longest;
+    let length = kind.layout().longest;
     if distance == length || count < 5 || 2 * count * distance < stream.len() {
         return None;
     }
