@@ -9,8 +9,8 @@ use std::process::Command;
 
 use framelock::motion::Bin;
 use framelock::{BufferedReceiver, Counters, Format, Line, LineEvent, Receiver};
-use framelock_description::{Description, SHIPPED};
-use framelock_formats::AnyOf;
+use framelock_description::{Description, Layouts, SHIPPED};
+
 use framelock_generate::{CrcTable, c};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
@@ -245,7 +245,7 @@ impl Digest {
 
 /// The Rust receiver, which performs the same steps as `difference.c`.
 struct Reference {
-    line: Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>,
+    line: Line<BufferedReceiver<Layouts, Vec<u8>>>,
     digest: Digest,
     is_window: bool,
     has_kinds: bool,
@@ -261,7 +261,7 @@ struct Reference {
 impl Reference {
     fn new(case: &Case) -> Self {
         let format = case.description.format();
-        let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
+        let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
         let mut layouts = case.description.kinds.iter().map(|kind| kind.layout());
         Self {
             line: Line::new(receiver.unwrap()),

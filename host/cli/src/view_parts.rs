@@ -11,6 +11,9 @@ pub(crate) const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub(crate) const VERMILLION: Color = Color::Indexed(166);
 
+/// The lecture's names of the states. BIN's receivers are in state `i` while they wait for byte `i` of a frame.
+pub(crate) const STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];
+
 /// The characters that fill 0 to 8 eighths of a terminal cell.
 const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 

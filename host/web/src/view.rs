@@ -132,7 +132,7 @@ impl Run {
             Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
             None => bytes.get(3 + axis).copied(),
         };
-        let axes = self.protocol.setpoints.map(|_| {
+        let axes = self.protocol.has_setpoints().then(|| {
             json!({
                 "temporary": [stored(0), stored(1), stored(2)],
                 "setpoint": machine.setpoint(),
@@ -194,21 +194,21 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
 /// Describes the machine's last step.
 fn what(description: &Description, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
-    let told = || {
+    let frame = || {
         let fields = fields(description, &machine.frame).into_iter();
         let fields: Vec<String> = fields
-            .map(|it| it.join(" ").trim_end().to_owned())
+            .map(|field| field.join(" ").trim_end().to_owned())
             .collect();
-        let told = fields.join(", ");
-        match told.split_at_checked(80) {
-            Some((told, _)) => format!("{told}..."),
-            None => told,
+        let text = fields.join(", ");
+        match text.split_at_checked(80) {
+            Some((beginning, _)) => format!("{beginning}..."),
+            None => text,
         }
     };
     if has(Fate::Delivered) {
-        format!("delivers a frame: {}", told())
+        format!("delivers a frame: {}", frame())
     } else if has(Fate::Wrong) {
-        format!("delivers a frame that nobody sent: {}", told())
+        format!("delivers a frame that nobody sent: {}", frame())
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
     } else if let Some(lecture) = machine.lecture() {

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use framelock::motion::{FailsafeParameters, Output, Setpoint};
 use framelock_simulation::{
-    Event, FaultRates, FrameFormat, LineTally, Origin, Parameters, Policy, ReceiverTally, Seed,
+    Event, FaultRates, LineTally, Origin, Parameters, Policy, Protocol, ReceiverTally, Seed,
     SmoothMotion, StationKind, Transmission, Trial,
 };
 
@@ -25,8 +25,6 @@ const SEED: Seed = Seed { seed: 1, trial: 0 };
 pub(super) const FAULTS: FaultRates = FaultRates {
     drop: 0.02,
     flip: 0.002,
-    duplicate: 0.0,
-    insert: 0.0,
 };
 
 /// A failsafe for frames that are 100 ms apart. Its clock counts microseconds.
@@ -69,6 +67,7 @@ pub(super) struct Demonstration {
     pub(super) bytes: Bytes,
     /// The lanes of the lecture's machine and of framelock.
     pub(super) lanes: [Lane; 2],
+    protocol: Protocol,
     motion: SmoothMotion,
     trial: Trial,
     slot: u64,
@@ -80,7 +79,8 @@ impl Demonstration {
             policy,
             has_idle_gap: false,
         });
-        let mut trial = Trial::new(&PARAMETERS, SEED, FAULTS, &stations)?;
+        let protocol = Protocol::named("bin").map_err(Error::msg)?;
+        let mut trial = Trial::new(&protocol, &PARAMETERS, SEED, FAULTS, &stations)?;
         trial.events = Some(Vec::new());
         trial.lost = Some(Origin {
             frame: LOSS,
@@ -88,6 +88,7 @@ impl Demonstration {
         });
         Ok(Self {
             // The motion takes two seconds from one point to the next.
+            protocol,
             motion: SmoothMotion::new(SEED, 2 * RATE),
             trial,
             now: Duration::ZERO,
@@ -115,7 +116,12 @@ impl Demonstration {
     /// Advances to a bit, and stores the bytes and the fates of frames for the views.
     fn run_to(&mut self, bit: u64) {
         self.trial.advance_to(bit);
-        for event in self.trial.events.replace(Vec::new()).unwrap_or_default() {
+        for event in self
+            .trial
+            .events
+            .replace(Vec::new())
+            .expect("the trial is watched")
+        {
             match event {
                 Event::Byte {
                     sent: Some((Origin { frame, place }, sent)),
@@ -154,7 +160,7 @@ impl Demonstration {
         }
         self.trial.is_faulty = passage != Passage::Still;
         let [pitch, roll, yaw] = setpoint.into();
-        let frame = Transmission::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
+        let frame = Transmission::new(&self.protocol, [0, pitch, roll, yaw]);
         self.trial.send(slot, frame);
         self.last_sent = Some(setpoint);
     }
