@@ -169,9 +169,10 @@ impl Kind {
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         let mut shorter = frame.clone();
         shorter.drain(end - zeros..end);
-        match self.layout().seal(&mut shorter) {
-            true => shorter,
-            false => frame,
+        if self.layout().seal(&mut shorter) {
+            shorter
+        } else {
+            frame
         }
     }
 

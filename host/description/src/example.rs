@@ -90,10 +90,8 @@ impl Kind {
         let Length::Field(field) = self.layout().length else {
             return true;
         };
-        let counted = length as i64 - i64::from(field.plus);
-        let number = counted / i64::from(field.factor);
-        counted % i64::from(field.factor) == 0
-            && number >= 0
-            && number & !i64::from(field.mask) == 0
+        let (factor, mask) = (i64::from(field.factor), i64::from(field.mask));
+        let counted = i64::try_from(length).map_or(-1, |length| length - i64::from(field.plus));
+        counted >= 0 && counted % factor == 0 && (counted / factor) & !mask == 0
     }
 }

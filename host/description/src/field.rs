@@ -133,9 +133,10 @@ impl NumberType {
             "64le" | "64be" => 8,
             _ => return Err(unknown()),
         };
-        let order = match bits.ends_with("be") {
-            true => ByteOrder::Big,
-            false => ByteOrder::Little,
+        let order = if bits.ends_with("be") {
+            ByteOrder::Big
+        } else {
+            ByteOrder::Little
         };
         let class = match (class, bytes) {
             ("u", _) => Class::Unsigned,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use framelock_formats::layout::{
-    self, CheckedLayout, FixedBits, KnownMessage, Length, LengthField, Trailer,
+    self, CheckedLayout, Contradiction, FixedBits, KnownMessage, Length, LengthField, Trailer,
 };
 
 use crate::field::{Class, Field, NumberType, Type, column_name};
@@ -156,13 +156,7 @@ impl Kind {
         let views = both(common, table, "views")?;
         table.finish()?;
 
-        let length = match (fixed_length, length_field, &terminators) {
-            (Some(_), Some(_), _) => return table.wrong("length", Mistake::TwoLengths),
-            (Some(_), None, _) => Length::Fixed,
-            (None, Some(field), _) => Length::Field(field),
-            (None, None, Some(_)) => Length::Delimiter,
-            (None, None, None) => return Err(Mistake::NoEnd.into()),
-        };
+        let length = length(table, fixed_length, length_field, terminators.is_some())?;
         let [terminator, other, another] = terminators.unwrap_or_default();
         let from_end = checksum.iter().map(|checksum| checksum.at);
         let from_end = from_end.chain(fields.iter().map(|(field, _)| field.at));
@@ -183,10 +177,8 @@ impl Kind {
             trailer,
             table: None,
         };
-        parts.messages = match &messages {
-            Some((number, known)) => Some((*number, known.messages())),
-            None => None,
-        };
+        let listed = messages.as_ref();
+        parts.messages = listed.map(|(number, known)| (*number, known.messages()));
         for (field, table) in &fields {
             if let (Type::Number(number), [_, ..]) = (field.kind, &*field.allowed) {
                 if parts.messages.is_some() {
@@ -218,32 +210,8 @@ impl Kind {
         {
             parts.table = Some(Box::new(crc.table_of_words()));
         }
-        let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
-            let has_bounds = table.has("longest");
-            let span = match contradiction.part {
-                layout::Part::Sync => table.span_of("sync"),
-                layout::Part::Shortest | layout::Part::Longest if has_bounds => {
-                    table.span_of("longest")
-                }
-                layout::Part::Length if table.has("length_field") => table.span_of("length_field"),
-                layout::Part::Length | layout::Part::Shortest | layout::Part::Longest => {
-                    table.span_of("length")
-                }
-                layout::Part::Fixed(number) => fields[owners[number]].1.span_of("value"),
-                layout::Part::Messages if table.has("messages") => table.span_of("messages"),
-                layout::Part::Messages => {
-                    let mut lists = fields.iter().filter(|(field, _)| !field.allowed.is_empty());
-                    lists
-                        .next()
-                        .map_or(0..0, |(_, table)| table.span_of("value"))
-                }
-                layout::Part::Checksum => table.span_of("checksum"),
-                layout::Part::Content => table.span_of("content"),
-                layout::Part::Trailer => table.span_of("trailer"),
-                _ => table.span_of("terminator"),
-            };
-            Located::new(span, Mistake::Contradiction(contradiction))
-        })?;
+        let layouts = Layouts::new(vec![parts.into()])
+            .map_err(|contradiction| located(contradiction, table, &fields, &owners))?;
         let mut kind = Self {
             name: name.to_owned(),
             layouts,
@@ -597,6 +565,51 @@ impl Kind {
             appended,
         }
     }
+}
+
+/// Returns the part that determines the length of a frame.
+fn length(
+    table: &Table,
+    fixed_length: Option<usize>,
+    length_field: Option<LengthField>,
+    has_terminator: bool,
+) -> Result<Length, Located> {
+    match (fixed_length, length_field) {
+        (Some(_), Some(_)) => table.wrong("length", Mistake::TwoLengths),
+        (Some(_), None) => Ok(Length::Fixed),
+        (None, Some(field)) => Ok(Length::Field(field)),
+        (None, None) if has_terminator => Ok(Length::Delimiter),
+        (None, None) => Err(Mistake::NoEnd.into()),
+    }
+}
+
+/// Returns the position of a contradiction: the entry that describes the contradictory part. For each entry of the fixed
+/// bits, `owners` has the index of its field.
+fn located(
+    contradiction: Contradiction,
+    table: &Table,
+    fields: &[(Field, Table)],
+    owners: &[usize],
+) -> Located {
+    let key = match contradiction.part {
+        layout::Part::Sync => "sync",
+        layout::Part::Length if table.has("length_field") => "length_field",
+        layout::Part::Shortest | layout::Part::Longest if table.has("longest") => "longest",
+        layout::Part::Length | layout::Part::Shortest | layout::Part::Longest => "length",
+        layout::Part::Messages => "messages",
+        layout::Part::Checksum => "checksum",
+        layout::Part::Content => "content",
+        layout::Part::Trailer => "trailer",
+        _ => "terminator",
+    };
+    let mut lists = fields.iter().filter(|(field, _)| !field.allowed.is_empty());
+    let field = match contradiction.part {
+        layout::Part::Fixed(number) => Some(&fields[owners[number]]),
+        layout::Part::Messages => lists.next(),
+        _ => None,
+    };
+    let span = field.map_or_else(|| table.span_of(key), |(_, table)| table.span_of("value"));
+    Located::new(span, Mistake::Contradiction(contradiction))
 }
 
 /// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `parts`

@@ -174,10 +174,10 @@ impl Alternatives {
 fn sequences(text: &str) -> Result<Vec<Vec<u8>>, Mistake> {
     let each = text.split('|').map(|text| hex::parse(&[text]));
     let each = each.collect::<Result<Vec<_>, _>>()?;
-    match each.iter().any(Vec::is_empty) {
-        true => Err(Mistake::NoBytes),
-        false => Ok(each),
+    if each.iter().any(Vec::is_empty) {
+        return Err(Mistake::NoBytes);
     }
+    Ok(each)
 }
 
 /// Parses the terminators. The first group has the length of the first terminator.

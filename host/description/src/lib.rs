@@ -38,6 +38,7 @@
 #![forbid(unsafe_code)]
 #![allow(
     clippy::indexing_slicing,
+    clippy::missing_panics_doc,
     reason = "an index out of range is a bug, which must not become an empty field"
 )]
 

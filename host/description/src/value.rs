@@ -30,9 +30,7 @@ impl Value<'_> {
     #[inline]
     pub fn append_to(&self, row: &mut Vec<u8>) {
         match self {
-            Self::Unsigned(number) => {
-                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
-            }
+            Self::Unsigned(number) => append_integer(*number, row),
             other => other.append_rarer(row),
         }
     }
@@ -51,12 +49,8 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
-            Self::Signed(number) => {
-                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
-            }
-            Self::Unsigned(number) => {
-                row.extend_from_slice(itoa::Buffer::new().format(*number).as_bytes())
-            }
+            Self::Signed(number) => append_integer(*number, row),
+            Self::Unsigned(number) => append_integer(*number, row),
         }
     }
 
@@ -81,6 +75,11 @@ impl Value<'_> {
     pub fn is_text(&self) -> bool {
         matches!(self, Self::Bytes(_) | Self::Text(_))
     }
+}
+
+#[inline]
+fn append_integer(number: impl itoa::Integer, row: &mut Vec<u8>) {
+    row.extend_from_slice(itoa::Buffer::new().format(number).as_bytes());
 }
 
 /// Appends a number with `decimals` digits after the decimal point.

@@ -1,8 +1,10 @@
 //! Generates source code from a [`Description`]: the layout, a struct for the fields of each kind, and functions that
 //! decode and encode frames.
 //!
-//! `rust` writes modules. Headers in C come from a template; `c` computes the values that the template inserts.
+//! Each language has a template, which contains the text of the generated program. `rust` and `c` compute the values that
+//! the templates insert.
 #![forbid(unsafe_code)]
+#![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
 mod names;
@@ -24,7 +26,17 @@ use names::{Language, free, module, one_line};
 /// module's name, and `command` is the command that generates it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    rust::module(&Program::new(description, name, command, &names::RUST))
+    let mut program = Program::new(description, name, command, &names::RUST);
+    for kind in &mut program.kinds {
+        kind.code = rust::value(kind);
+    }
+    let layouts = program
+        .kinds
+        .iter()
+        .map(|kind| format!("{}::LAYOUT", kind.name));
+    let layouts = rust::list(&layouts.collect::<Vec<_>>());
+    let program = context! { layouts, ..Value::from_serialize(&program) };
+    render::source(program, name, render::MODULE)
 }
 
 /// Returns a self-contained C header that receives and encodes the frames of a description. It is valid C99 and C++17.
@@ -32,15 +44,19 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<CheckedLayout> = program.kinds.iter().map(|kind| kind.layout).collect();
+    let layouts: Vec<CheckedLayout> = program
+        .kinds
+        .iter()
+        .map(|kind| kind.checked_layout)
+        .collect();
     for kind in &mut program.kinds {
-        kind.layout_in_c = c::value(&kind.layout, table);
+        kind.layout = c::value(&kind.checked_layout, table);
         for item in &mut kind.items {
             item.in_c = c::access(item);
         }
     }
     let program = context! { ..Value::from_serialize(&program), ..c::program(&layouts) };
-    render::header(program, name)
+    render::source(program, name, render::HEADER)
 }
 
 /// The values from which a program is made.
@@ -66,10 +82,13 @@ struct KindItem<'d> {
     /// kind's type and functions.
     name: String,
     #[serde(skip)]
-    layout: CheckedLayout<'d>,
+    checked_layout: CheckedLayout<'d>,
     /// The layout as the template of headers needs it.
-    #[serde(rename = "layout")]
-    layout_in_c: Value,
+    layout: Value,
+    /// The code that the template of modules inserts.
+    code: Value,
+    /// The number of bytes in the longest frame.
+    longest: usize,
     /// The fields whose values differ between frames.
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
@@ -192,8 +211,10 @@ impl<'d> KindItem<'d> {
         Self {
             described_name: kind.name.clone(),
             name,
-            layout: *kind.layout(),
-            layout_in_c: Value::UNDEFINED,
+            checked_layout: *kind.layout(),
+            layout: Value::UNDEFINED,
+            code: Value::UNDEFINED,
+            longest: kind.layout().longest,
             borrows: items.iter().any(|item| item.is_rest),
             items,
             start,

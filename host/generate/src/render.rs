@@ -1,12 +1,20 @@
-//! Renders the template of C headers.
+//! Renders the templates of Rust modules and C headers.
 
 use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::names::module;
 
-/// The template of a header, and the helper functions that a header may call.
-const HEADER: &str = include_str!("../templates/header.h.j2");
-const HELPERS: &str = include_str!("../templates/helpers.h");
+/// The template of a program, and the helper functions that the program may call.
+pub(crate) type Template = (&'static str, &'static str);
+
+pub(crate) const HEADER: Template = (
+    include_str!("../templates/header.h.j2"),
+    include_str!("../templates/helpers.h"),
+);
+pub(crate) const MODULE: Template = (
+    include_str!("../templates/module.rs.j2"),
+    include_str!("../templates/helpers.rs"),
+);
 
 /// The parts of a header that are the same for all descriptions, in plain C. In these files, names begin with `any_` or
 /// `ANY_`. The proofs in `c/proofs` include the files.
@@ -25,9 +33,9 @@ fn template_of(part: &str) -> String {
         .replace("ANY_", "{{ upper }}_")
 }
 
-/// Renders the template of a header. Replaces the line `HELPERS` by the helper functions that the program calls, and
-/// `PREFIX` by the name of the header.
-pub(crate) fn header(program: Value, name: &str) -> String {
+/// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls, and `PREFIX` by the
+/// name of the program.
+pub(crate) fn source(program: Value, name: &str, (template, helpers): Template) -> String {
     let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -37,14 +45,14 @@ pub(crate) fn header(program: Value, name: &str) -> String {
     let mut engine = engine.iter();
     let rendered = engine
         .try_for_each(|(name, part)| environment.add_template(name, part))
-        .and_then(|()| environment.render_str(HEADER, program));
+        .and_then(|()| environment.render_str(template, program));
     let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
     let name = module(name);
     let code = code.trim_start().replace("PREFIX", &name);
     let (types, functions) = code
         .split_once("HELPERS\n")
         .expect("the template has this line");
-    let helpers = HELPERS.replace("PREFIX", &name) + "\n";
+    let helpers = helpers.replace("PREFIX", &name) + "\n";
     // Helpers may call other helpers.
     let direct = called(&code, &helpers);
     let helpers = called(&(direct + &code), &helpers);
@@ -53,7 +61,7 @@ pub(crate) fn header(program: Value, name: &str) -> String {
 }
 
 /// Returns the functions that the code calls. In `functions`, a blank line follows each function.
-pub(crate) fn called(code: &str, functions: &str) -> String {
+fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
         let (before, _) = function

@@ -1,215 +1,85 @@
-//! Writes Rust modules, in the style of rustfmt.
-
-use std::fmt::Write as _;
+//! Computes the code that the template of a Rust module inserts.
 
 use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, KnownMessage, Layout, Length, LengthField,
     Messages, Number, Patterns,
 };
 use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
+use minijinja::{Value, context};
 
-use crate::render::called;
-use crate::{Item, KindItem, Program};
+use crate::{Item, KindItem};
 
-/// Functions that a module may call. A blank line follows each function.
-const HELPERS: &str = include_str!("../templates/helpers.rs");
-
-/// Source code with an indentation.
-#[derive(Default)]
-struct Code {
-    text: String,
-    depth: usize,
+/// Returns the template values for a kind.
+pub(crate) fn value(kind: &KindItem) -> Value {
+    let layout = &kind.checked_layout;
+    let counts_from_end = |item: &Item| item.is_rest || item.needs.is_some() || item.at < 0;
+    let is_counted =
+        layout.other_terminators[0].length > 0 && kind.items.iter().any(counts_from_end);
+    let length = if is_counted { "counted" } else { "frame.len()" };
+    let leaves_out = kind.zeros.as_ref().is_some_and(|zeros| zeros.are_left_out);
+    let items = kind.items.iter().map(|item| {
+        let read = match &kind.zeros {
+            Some(_) if item.at >= 0 && !item.is_rest && !item.is_appended => read(item, "", true),
+            Some(_) if !item.is_appended => read_if_present(item, length).replace("frame", "whole"),
+            _ => read_if_present(item, length),
+        };
+        let to_bits = match (&*item.number, item.is_array, item.needs) {
+            ("f32", true, Some(_)) => ".map(|all| all.map(f32::to_bits))",
+            ("f32", false, None) => ".to_bits()",
+            ("f32", true, None) | ("f32", false, Some(_)) => ".map(f32::to_bits)",
+            _ => "",
+        };
+        // Fields that are counted from the front are written before zeros at the end are left out.
+        let is_put_first = leaves_out && !item.is_appended && item.at >= 0;
+        context! { type => type_of(item), read, to_bits, is_put_first, put => put(item, is_put_first) }
+    });
+    let appended = kind.items.iter().find(|item| item.is_appended);
+    context! {
+        layout => self::layout(layout),
+        is_counted,
+        items => items.collect::<Vec<_>>(),
+        set_length => set_length(kind),
+        appended => appended.map(|item| &item.name),
+        trailer => layout.trailer.map(|it| context! {
+            at => it.at,
+            mask => byte(it.mask),
+            bytes => it.bytes,
+            lowest_bit => byte(it.mask & it.mask.wrapping_neg()),
+        }),
+    }
 }
 
-impl Code {
-    /// Writes one or more lines.
-    fn line(&mut self, lines: impl AsRef<str>) {
-        for line in lines.as_ref().split('\n') {
-            let width = if line.is_empty() { 0 } else { 4 * self.depth };
-            writeln!(self.text, "{:width$}{line}", "").expect("a string takes any text");
+/// Returns a struct literal in the style of rustfmt. Leaves out fields without a value, which `base` has.
+fn literal<const N: usize>(name: &str, fields: [(&str, Option<String>); N], base: &str) -> String {
+    let mut text = format!("{name} {{\n");
+    for (name, value) in fields {
+        if let Some(value) = value {
+            text += &format!("    {name}: {},\n", value.replace('\n', "\n    "));
         }
     }
-
-    /// Writes a block: its first line, its content, one level deeper, and its last line.
-    fn block(&mut self, first: impl AsRef<str>, last: &str, content: impl FnOnce(&mut Self)) {
-        self.line(first);
-        self.depth += 1;
-        content(self);
-        self.depth -= 1;
-        self.line(last);
+    if !base.is_empty() {
+        text += &format!("    ..{base}\n");
     }
+    text + "}"
+}
 
-    /// Writes a list of expressions, in one line if it is short.
-    fn list(&mut self, before: &str, after: &str, each: &[String]) {
-        let line = each.join(", ");
-        if line.len() <= 60 && !line.contains('\n') {
-            return self.line(format!("{before}&[{line}]{after}"));
-        }
-        self.block(format!("{before}&["), &format!("]{after}"), |code| {
-            each.iter().for_each(|one| code.line(format!("{one},")));
-        });
+/// Returns a reference to a list in the style of rustfmt: in one line if it is short.
+pub(crate) fn list(each: &[String]) -> String {
+    let line = each.join(", ");
+    match each {
+        [_] => format!("&[{line}]"),
+        _ if line.len() <= 60 && !line.contains('\n') => format!("&[{line}]"),
+        _ => format!("&[\n    {},\n]", each.join(",\n").replace('\n', "\n    ")),
     }
 }
 
-/// Returns the source of a module.
-pub(crate) fn module(program: &Program) -> String {
-    let mut code = Code::default();
-    let Program { name, command, .. } = program;
-    let of = lifetime(program.kinds.iter().any(|kind| kind.borrows));
-    code.line(format!(
-        "//! Frames of `{name}`, generated by `{command}`.
-//!
-//! Save this file as `{name}.rs`, in a crate that depends on `framelock` and `framelock-formats`. To receive:
-//! ```ignore
-//! let mut receiver = framelock::BufferedReceiver::<_, [u8; 2 * {name}::LONGEST]>::new({name}::Frames);
-//! if let Some(frame) = receiver.push(byte) {{
-//!     let message = frame.message();
-//! }}
-//! ```
-//! To send, call `message.encode(&mut buffer)`. It returns the length of the frame that it writes.
-#![allow(
-    dead_code,
-    clippy::cast_lossless,
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    clippy::cast_sign_loss,
-    clippy::struct_field_names,
-    clippy::too_many_lines,
-    clippy::unreadable_literal,
-    reason = \"the description determines the names, the numbers, and which items are used\"
-)]
-"
-    ));
-    code.line(if program.has_kinds {
-        "use framelock::{Classification, Format, LineEvent};"
-    } else {
-        "use framelock::Format;"
-    });
-    if !program.has_kinds {
-        code.line("use framelock_formats::classify_by;");
-    }
-    code.line("use framelock_formats::layout::{self, CheckedLayout, Layout};");
-    if program.has_kinds {
-        code.line("use framelock_formats::{AnyOf, classify_by};");
-    }
-    code.line(format!(
-        "
-/// The number of bytes in the longest frame.
-pub const LONGEST: usize = {};
-
-/// The format of the frames, for a receiver.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Frames;
-",
-        program.longest
-    ));
-    code.block("impl Format for Frames {", "}", |code| {
-        let mut longest = program
-            .kinds
-            .iter()
-            .filter(|kind| kind.layout.longest == program.longest);
-        match longest.next() {
-            Some(kind) if program.has_kinds => {
-                code.line(format!(
-                    "classify_by!({}::LAYOUT, |_format| AnyOf(LAYOUTS));",
-                    kind.name
-                ));
-            }
-            _ => code.line("classify_by!(Message::LAYOUT);"),
-        }
-        code.line(format!("type Message<'a> = Message{of};\n"));
-        let frame = if of.is_empty() { "&[u8]" } else { "&'a [u8]" };
-        let signature = format!("fn decode{of}(&self, frame: {frame}) -> Message{of} {{");
-        code.block(signature, "}", |code| {
-            if !program.has_kinds {
-                return code.line("Message::decode(frame)");
-            }
-            code.block("match AnyOf(LAYOUTS).decode(frame) {", "}", |code| {
-                for (number, KindItem { name, .. }) in program.kinds.iter().enumerate() {
-                    let pattern = match number + 1 == program.kinds.len() {
-                        true => "_".to_owned(),
-                        false => number.to_string(),
-                    };
-                    code.line(format!(
-                        "({pattern}, frame) => Message::{name}({name}::decode(frame)),"
-                    ));
-                }
-            });
-        });
-    });
-    if program.has_kinds {
-        any_kind(&mut code, program, of);
-    }
-    for kind in &program.kinds {
-        self::kind(&mut code, kind, program.has_kinds);
-    }
-    let direct = called(&code.text, HELPERS);
-    // Helpers may call other helpers.
-    let helpers = called(&(direct + &code.text), HELPERS);
-    format!("{}\n{}", code.text, helpers).trim_end().to_owned() + "\n"
+/// Returns a value that differs from the usual one.
+fn unusual<T: Copy + PartialEq + ToString>(value: T, usual: T) -> Option<String> {
+    (value != usual).then(|| value.to_string())
 }
 
-fn lifetime(borrows: bool) -> &'static str {
-    if borrows { "<'a>" } else { "" }
-}
-
-const ENCODE: &str = "\
-/// Writes the frame with these values to the front of `into`, and returns its length. Returns
-/// `None` if `into` is too short, or if no frame has these values.";
-const ENCODE_SIGNATURE: &str = "pub fn encode(&self, into: &mut [u8]) -> Option<usize> {";
-
-/// Writes the parts of a module that concern all kinds.
-fn any_kind(code: &mut Code, program: &Program, of: &str) {
-    code.line("\n/// The layouts, in the order in which they are tried.");
-    let layouts: Vec<String> = program
-        .kinds
-        .iter()
-        .map(|kind| format!("{}::LAYOUT", kind.name))
-        .collect();
-    code.list("const LAYOUTS: &[CheckedLayout<'static>] = ", ";", &layouts);
-    code.line("\n/// The values of a frame of any kind.");
-    code.line("#[derive(Clone, PartialEq, Debug)]");
-    code.block(format!("pub enum Message{of} {{"), "}\n", |code| {
-        for kind in &program.kinds {
-            code.line(format!(
-                "/// A frame of the kind `{}`.",
-                kind.described_name
-            ));
-            code.line(format!("{0}({0}{1}),", kind.name, lifetime(kind.borrows)));
-        }
-    });
-    let of = if of.is_empty() { "" } else { "<'_>" };
-    code.block(format!("impl Message{of} {{"), "}", |code| {
-        code.line(ENCODE);
-        code.block(ENCODE_SIGNATURE, "}", |code| {
-            code.block("match self {", "}", |code| {
-                for kind in &program.kinds {
-                    code.line(format!(
-                        "Self::{}(message) => message.encode(into),",
-                        kind.name
-                    ));
-                }
-            });
-        });
-    });
-}
-
-/// Writes the struct of a kind, its layout, `decode` and `encode`.
-fn kind(code: &mut Code, kind: &KindItem, has_kinds: bool) {
-    let (name, of) = (&kind.name, lifetime(kind.borrows));
-    code.line("\n/// The values of a frame.");
-    code.line("#[derive(Clone, PartialEq, Debug)]");
-    code.block(format!("pub struct {name}{of} {{"), "}\n", |code| {
-        for item in &kind.items {
-            code.line(format!("/// {}", item.meaning));
-            code.line(format!("pub {}: {},", item.name, type_of(item)));
-        }
-    });
-    code.block(format!("impl{of} {name}{of} {{"), "}", |code| {
-        layout(code, &kind.layout);
-        decode(code, kind);
-        encode(code, kind, has_kinds);
-    });
+fn byte(byte: u8) -> String {
+    format!("{byte:#04X}")
 }
 
 fn number(number: &Number) -> String {
@@ -219,206 +89,148 @@ fn number(number: &Number) -> String {
     }
 }
 
-fn bytes(bytes: &[u8]) -> String {
-    let each: Vec<String> = bytes.iter().map(|byte| format!("{byte:#04X}")).collect();
-    format!("&[{}]", each.join(", "))
-}
-
-fn patterns(patterns: &Patterns) -> String {
-    match (patterns.length, bytes(patterns.bytes)) {
-        (0, _) => "layout::Patterns::NONE".to_owned(),
-        (length, bytes) if length == patterns.bytes.len() => {
-            format!("layout::Patterns::one({bytes})")
-        }
-        (length, bytes) => format!("layout::Patterns::any_of({bytes}, {length})"),
-    }
-}
-
-fn known_message(message: &KnownMessage) -> String {
-    if *message == KnownMessage::new(message.number) {
-        return format!("layout::KnownMessage::new({})", message.number);
-    }
-    format!(
-        "layout::KnownMessage {{\n    number: {},\n    longest_payload: {},\n    extra: {:?},\n}}",
-        message.number, message.longest_payload, message.extra
-    )
-}
-
-/// Writes the constant with a kind's layout. Leaves out parts that a layout has anyway.
-fn layout(code: &mut Code, layout: &Layout) {
-    code.line("/// The layout of a frame.");
-    let first = "pub const LAYOUT: CheckedLayout<'static> = Layout {";
-    code.block(first, "}\n.checked();\n", |code| {
-        if layout.sync.length > 0 {
-            code.line(format!("sync: {},", patterns(&layout.sync)));
-        }
-        match &layout.length {
-            Length::Field(field) => length_field(code, field),
-            Length::Delimiter => code.line("length: layout::Length::Delimiter,"),
-            _ => {}
-        }
-        code.line(format!("shortest: {},", layout.shortest));
-        code.line(format!("longest: {},", layout.longest));
-        let fixed = layout.fixed.iter().map(|bits| {
-            format!(
-                "layout::FixedBits {{\n    at: {},\n    mask: {:#04X},\n    value: {:#04X},\n}}",
-                bits.at, bits.mask, bits.value
-            )
-        });
-        match &*fixed.collect::<Vec<_>>() {
-            [] => {}
-            [one] => code.line(format!("fixed: &[{one}],")),
-            several => code.list("fixed: ", ",", several),
-        }
-        if let Some(messages) = &layout.messages {
-            self::messages(code, messages);
-        }
-        if let Some(checksum) = &layout.checksum {
-            self::checksum(code, checksum);
-        }
-        if layout.terminator.length > 0 {
-            code.line(format!("terminator: {},", patterns(&layout.terminator)));
-        }
-        let content: Vec<String> = layout
-            .content
+fn patterns(patterns: &Patterns) -> Option<String> {
+    let bytes = list(
+        &patterns
+            .bytes
             .iter()
-            .map(|(a, b)| format!("({a:#04X}, {b:#04X})"))
-            .collect();
-        if !content.is_empty() {
-            code.list("content: ", ",", &content);
-        }
-        if let [first, second] = layout.other_terminators.map(|other| patterns(&other))
-            && layout.other_terminators[0].length > 0
-        {
-            code.block("other_terminators: [", "],", |code| {
-                code.line(format!("{first},"));
-                code.line(format!("{second},"));
-            });
-        }
-        if let Some(trailer) = layout.trailer {
-            code.block("trailer: Some(layout::Trailer {", "}),", |code| {
-                code.line(format!("at: {},", trailer.at));
-                code.line(format!("mask: {:#04X},", trailer.mask));
-                code.line(format!("bytes: {},", trailer.bytes));
-            });
-        }
-        code.line("..Layout::NONE");
-    });
+            .map(|it| byte(*it))
+            .collect::<Vec<_>>(),
+    );
+    match patterns.length {
+        0 => None,
+        length if length == patterns.bytes.len() => Some(format!("layout::Patterns::one({bytes})")),
+        length => Some(format!("layout::Patterns::any_of({bytes}, {length})")),
+    }
 }
 
-fn length_field(code: &mut Code, field: &LengthField) {
-    let new = match number(&field.number) {
-        byte if byte.starts_with("byte") => byte,
-        new => format!("new(layout::Number::{new})"),
+fn layout(layout: &Layout) -> String {
+    let fixed = layout.fixed.iter().map(|bits| {
+        let fields = [
+            ("at", Some(bits.at.to_string())),
+            ("mask", Some(byte(bits.mask))),
+            ("value", Some(byte(bits.value))),
+        ];
+        literal("layout::FixedBits", fields, "")
+    });
+    let fixed: Vec<String> = fixed.collect();
+    let content = layout
+        .content
+        .iter()
+        .map(|(a, b)| format!("({}, {})", byte(*a), byte(*b)));
+    let content: Vec<String> = content.collect();
+    let [other, another] = layout.other_terminators.map(|other| patterns(&other));
+    let other_terminators = other.map(|other| {
+        let another = another.unwrap_or_else(|| "layout::Patterns::NONE".to_owned());
+        format!("[\n    {other},\n    {another},\n]")
+    });
+    let trailer = layout.trailer.map(|it| {
+        let fields = [
+            ("at", Some(it.at.to_string())),
+            ("mask", Some(byte(it.mask))),
+            ("bytes", Some(it.bytes.to_string())),
+        ];
+        format!("Some({})", literal("layout::Trailer", fields, ""))
+    });
+    let fields = [
+        ("sync", patterns(&layout.sync)),
+        ("length", length(&layout.length)),
+        ("shortest", Some(layout.shortest.to_string())),
+        ("longest", Some(layout.longest.to_string())),
+        ("fixed", (!fixed.is_empty()).then(|| list(&fixed))),
+        ("messages", layout.messages.as_ref().map(messages)),
+        ("checksum", layout.checksum.as_ref().map(checksum)),
+        ("terminator", patterns(&layout.terminator)),
+        ("content", (!content.is_empty()).then(|| list(&content))),
+        ("other_terminators", other_terminators),
+        ("trailer", trailer),
+    ];
+    literal("Layout", fields, "Layout::NONE")
+}
+
+fn length(length: &Length) -> Option<String> {
+    let field = match length {
+        Length::Field(field) => field,
+        Length::Delimiter => return Some("layout::Length::Delimiter".to_owned()),
+        _ => return None,
     };
     let usual = LengthField::new(field.number);
-    if *field == usual {
-        return code.line(format!(
-            "length: layout::Length::Field(layout::LengthField::{new}),"
-        ));
+    let base = match number(&field.number) {
+        byte if byte.starts_with("byte") => format!("layout::LengthField::{byte}"),
+        new => format!("layout::LengthField::new(layout::Number::{new})"),
+    };
+    let mask = (field.mask != usual.mask).then(|| format!("{:#X}", field.mask));
+    let fields = [
+        ("mask", mask),
+        ("factor", unusual(field.factor, usual.factor)),
+        ("plus", unusual(field.plus, usual.plus)),
+    ];
+    let field = if *field == usual {
+        base
+    } else {
+        literal("layout::LengthField", fields, &base)
+    };
+    Some(format!("layout::Length::Field({field})"))
+}
+
+fn messages(messages: &Messages) -> String {
+    // A large table is a constant of `framelock-formats`.
+    let known = match messages.known {
+        COMMON => "framelock_formats::mavlink::COMMON".to_owned(),
+        ARDUPILOTMEGA => "framelock_formats::mavlink::ARDUPILOTMEGA".to_owned(),
+        known => list(&known.iter().copied().map(known_message).collect::<Vec<_>>()),
+    };
+    let number = format!("layout::Number::{}", number(&messages.number));
+    let fields = [("number", Some(number)), ("known", Some(known))];
+    format!("Some({})", literal("layout::Messages", fields, ""))
+}
+
+fn known_message(message: KnownMessage) -> String {
+    if message == KnownMessage::new(message.number) {
+        return format!("layout::KnownMessage::new({})", message.number);
     }
-    code.block(
-        "length: layout::Length::Field(layout::LengthField {",
-        "}),",
-        |code| {
-            if field.mask != usual.mask {
-                code.line(format!("mask: {:#X},", field.mask));
-            }
-            if field.factor != usual.factor {
-                code.line(format!("factor: {},", field.factor));
-            }
-            if field.plus != usual.plus {
-                code.line(format!("plus: {},", field.plus));
-            }
-            code.line(format!("..layout::LengthField::{new}"));
-        },
-    );
+    let fields = [
+        ("number", Some(message.number.to_string())),
+        ("longest_payload", Some(message.longest_payload.to_string())),
+        ("extra", Some(format!("{:?}", message.extra))),
+    ];
+    literal("layout::KnownMessage", fields, "")
 }
 
-fn messages(code: &mut Code, messages: &Messages) {
-    code.block("messages: Some(layout::Messages {", "}),", |code| {
-        code.line(format!(
-            "number: layout::Number::{},",
-            number(&messages.number)
-        ));
-        // A large table is a constant of `framelock-formats`.
-        match messages.known {
-            COMMON => code.line("known: framelock_formats::mavlink::COMMON,"),
-            ARDUPILOTMEGA => code.line("known: framelock_formats::mavlink::ARDUPILOTMEGA,"),
-            known => {
-                let known: Vec<String> = known.iter().map(known_message).collect();
-                match &*known {
-                    [one] => code.line(format!("known: &[{one}],")),
-                    several => code.list("known: ", ",", several),
-                }
-            }
-        }
-    });
-}
-
-fn checksum(code: &mut Code, checksum: &Checksum) {
+fn checksum(checksum: &Checksum) -> String {
     let usual = Checksum::at_the_end(checksum.bytes);
-    code.block("checksum: Some(layout::Checksum {", "}),", |code| {
-        match &checksum.algorithm {
-            Algorithm::Crc(crc) => self::crc(code, crc),
-            sum => code.line(format!("algorithm: layout::Algorithm::{sum:?},")),
-        }
-        if checksum.encoding != Encoding::Little {
-            code.line(format!(
-                "encoding: layout::Encoding::{:?},",
-                checksum.encoding
-            ));
-        }
-        let places = [
-            ("at", checksum.at, usual.at),
-            ("from", checksum.from, usual.from),
-            ("to", checksum.to, usual.to),
-        ];
-        for (name, place, _) in places
-            .into_iter()
-            .filter(|(_, place, usual)| place != usual)
-        {
-            code.line(format!("{name}: {place},"));
-        }
-        code.line(format!(
-            "..layout::Checksum::at_the_end({})",
-            checksum.bytes
-        ));
-    });
+    let algorithm = match &checksum.algorithm {
+        Algorithm::Crc(crc) => format!("layout::Algorithm::Crc({})", self::crc(crc)),
+        sum => format!("layout::Algorithm::{sum:?}"),
+    };
+    let encoding = format!("layout::Encoding::{:?}", checksum.encoding);
+    let fields = [
+        ("algorithm", Some(algorithm)),
+        (
+            "encoding",
+            Some(encoding).filter(|_| checksum.encoding != Encoding::Little),
+        ),
+        ("at", unusual(checksum.at, usual.at)),
+        ("from", unusual(checksum.from, usual.from)),
+        ("to", unusual(checksum.to, usual.to)),
+    ];
+    let base = format!("layout::Checksum::at_the_end({})", checksum.bytes);
+    format!("Some({})", literal("layout::Checksum", fields, &base))
 }
 
-fn crc(code: &mut Code, crc: &Crc) {
-    let new = format!("layout::Crc::new({}, {:#X})", crc.width, crc.polynomial);
-    let Crc {
-        initial,
-        reflected_in,
-        reflected_out,
-        xor_out,
-        ..
-    } = crc;
-    if (*initial, *xor_out, *reflected_in, *reflected_out) == (0, 0, false, false) {
-        return code.line(format!("algorithm: layout::Algorithm::Crc({new}),"));
+fn crc(crc: &Crc) -> String {
+    let base = format!("layout::Crc::new({}, {:#X})", crc.width, crc.polynomial);
+    let hex = |number: u32| (number > 0).then(|| format!("{number:#X}"));
+    let fields = [
+        ("initial", hex(crc.initial)),
+        ("xor_out", hex(crc.xor_out)),
+        ("reflected_in", unusual(crc.reflected_in, false)),
+        ("reflected_out", unusual(crc.reflected_out, false)),
+    ];
+    if fields.iter().all(|(_, value)| value.is_none()) {
+        return base;
     }
-    code.block(
-        "algorithm: layout::Algorithm::Crc(layout::Crc {",
-        "}),",
-        |code| {
-            for (name, value) in [("initial", initial), ("xor_out", xor_out)] {
-                if *value > 0 {
-                    code.line(format!("{name}: {value:#X},"));
-                }
-            }
-            for (name, value) in [
-                ("reflected_in", reflected_in),
-                ("reflected_out", reflected_out),
-            ] {
-                if *value {
-                    code.line(format!("{name}: true,"));
-                }
-            }
-            code.line(format!("..{new}"));
-        },
-    );
+    literal("layout::Crc", fields, &base)
 }
 
 fn type_of(item: &Item) -> String {
@@ -444,9 +256,11 @@ fn index(item: &Item, length: &str) -> String {
 
 /// Returns the arguments that select a number or bits, after the frame.
 fn place(item: &Item, at: &str) -> String {
-    let each = |size: usize| match item.is_array {
-        true => format!(" + {size} * i"),
-        false => String::new(),
+    let index = |size: usize| format!(" + {size} * i");
+    let each = |size: usize| {
+        Some(size)
+            .filter(|_| item.is_array)
+            .map_or(String::new(), index)
     };
     match item.first {
         None => format!("{at}{}, {}", each(item.bytes), item.bytes),
@@ -521,262 +335,96 @@ fn read_if_present(item: &Item, length: &str) -> String {
     }
 }
 
-fn decode(code: &mut Code, kind: &KindItem) {
-    let (items, layout) = (&kind.items, &kind.layout);
-    code.line("/// Reads the values of a received frame.");
-    code.line("#[must_use]");
-    let argument = if items.is_empty() { "_frame" } else { "frame" };
-    let frame = if kind.borrows { "&'a [u8]" } else { "&[u8]" };
-    code.block(format!("pub fn decode({argument}: {frame}) -> Self {{"), "}\n", |code| {
-        if let Some(trailer) = layout.trailer {
-            code.line(format!(
-                "let is_appended = le(frame, {}, 1) & {:#04X} != 0;
-let appended = if is_appended {{ {} }} else {{ 0 }};
-let end = frame.len().saturating_sub(appended);
-let (frame, appended) = frame.split_at_checked(end).unwrap_or_default();",
-                trailer.at, trailer.mask, trailer.bytes
-            ));
-        }
-        let counts_from_end = |item: &Item| item.is_rest || item.needs.is_some() || item.at < 0;
-        let mut length = "frame.len()";
-        if layout.other_terminators[0].length > 0 && items.iter().any(counts_from_end) {
-            code.line("// Offsets from the end are counted as if the frame ended with the format's first terminator.");
-            code.line("let counted = Self::LAYOUT.counted_length(frame);");
-            length = "counted";
-        }
-        if let Some(zeros) = &kind.zeros {
-            code.line(format!(
-                "// Bytes that the sender has left out count as zero.
-let whole = frame;
-let end = whole.len().saturating_sub({});
-let frame = whole.get(..end).unwrap_or_default();",
-                zeros.margin
-            ));
-        }
-        if items.is_empty() {
-            return code.line("Self {}");
-        }
-        code.block("Self {", "}", |code| {
-            for item in items {
-                let value = match &kind.zeros {
-                    Some(_) if item.is_appended => read_if_present(item, length),
-                    Some(_) if item.at >= 0 && !item.is_rest => read(item, "", true),
-                    Some(_) => read_if_present(item, length).replace("frame", "whole"),
-                    None => read_if_present(item, length),
-                };
-                code.line(format!("{}: {value},", item.name));
-            }
-        });
-    });
-}
-
-/// Writes the statements that write a field into `frame`. `value` is an expression.
-fn put(code: &mut Code, item: &Item, value: &str) {
-    let at = index(item, "length");
-    let number = |code: &mut Code, value: &str| {
-        let value = match &*item.number {
-            "u64" => value.to_owned(),
-            "f32" => format!("{value}.to_bits() as u64"),
-            _ => format!("{value} as u64"),
-        };
-        let value = match item.shift {
-            0 => value,
-            shift => format!("(({value}) << {shift})"),
-        };
-        let value = match item.mask {
-            None => value,
-            Some(mask) => format!("{value} & {mask:#X}"),
-        };
-        let function = if item.first.is_some() {
-            "bits"
-        } else {
-            item.order
-        };
-        code.line(format!(
-            "put_{function}(frame, {}, {value});",
-            place(item, &at)
-        ));
-    };
-    if item.is_text {
-        code.line(format!("put(frame, {at}, {value});"));
-    } else if item.is_array {
-        code.block(
-            format!("for (i, &value) in {value}.iter().enumerate() {{"),
-            "}",
-            |code| {
-                number(code, "value");
-            },
-        );
-    } else {
-        number(code, value);
+/// Returns the statements that write a field into `frame`; none for a trailer. If the field may be missing, `encode`
+/// writes it if there is a value, or `is_put_first` is true.
+fn put(item: &Item, is_put_first: bool) -> String {
+    let (name, is_text) = (&item.name, item.is_text);
+    if item.is_appended {
+        return String::new();
     }
+    if item.needs.is_none() || is_put_first {
+        let is_array_of_bytes = is_text && item.count.is_some();
+        return put_value(
+            item,
+            &format!("{}self.{name}", if is_array_of_bytes { "&" } else { "" }),
+        );
+    }
+    let reference = if is_text || item.is_array { "&" } else { "" };
+    let put = put_value(item, "value").replace('\n', "\n    ");
+    format!("if let Some(value) = {reference}self.{name} {{\n    {put}\n}}")
 }
 
-/// Writes the statements that set `length` to the length of the frame with these values, without the trailer.
-fn set_length(code: &mut Code, kind: &KindItem) {
-    let longer: Vec<(&Item, usize)> = kind
+fn put_value(item: &Item, value: &str) -> String {
+    let at = index(item, "length");
+    if item.is_text {
+        return format!("put(frame, {at}, {value});");
+    }
+    let mut number = if item.is_array { "value" } else { value }.to_owned();
+    number += match &*item.number {
+        "u64" => "",
+        "f32" => ".to_bits() as u64",
+        _ => " as u64",
+    };
+    if item.shift > 0 {
+        number = format!("(({number}) << {})", item.shift);
+    }
+    if let Some(mask) = item.mask {
+        number += &format!(" & {mask:#X}");
+    }
+    let function = if item.first.is_some() {
+        "bits"
+    } else {
+        item.order
+    };
+    let put = format!("put_{function}(frame, {}, {number});", place(item, &at));
+    if item.is_array {
+        return format!("for (i, &value) in {value}.iter().enumerate() {{\n    {put}\n}}");
+    }
+    put
+}
+
+/// Returns the statements that set `length` to the length of the frame with these values, without the trailer.
+fn set_length(kind: &KindItem) -> String {
+    let longer = kind
         .items
         .iter()
-        .filter_map(|item| Some((item, item.least?)))
-        .collect();
-    match &*longer {
-        [] => code.line(format!("let length = {};", kind.start)),
-        [(item, least)] if item.needs.is_none() && *least == kind.start => {
-            code.line(format!("let length = {least} + self.{}.len();", item.name));
+        .filter_map(|item| Some((item, item.least?)));
+    let longer: Vec<(&Item, usize)> = longer.collect();
+    let start = kind.start;
+    let mut text = match &*longer {
+        [] => format!("let length = {start};"),
+        [(item, least)] if item.needs.is_none() && *least == start => {
+            format!("let length = {start} + self.{}.len();", item.name)
         }
         longer => {
-            code.line(format!("let mut length = {};", kind.start));
-            for (item, least) in longer {
-                let name = &item.name;
-                match (item.is_rest, item.needs) {
-                    (false, _) => code.block(format!("if self.{name}.is_some() {{"), "}", |code| {
-                        code.line(format!("length = length.max({least});"));
-                    }),
-                    (true, None) => {
-                        code.line(format!("length = length.max({least} + self.{name}.len());"))
-                    }
-                    (true, Some(_)) => {
-                        code.block(format!("if let Some(rest) = self.{name} {{"), "}", |code| {
-                            code.line(format!("length = length.max({least} + rest.len());"));
-                        })
-                    }
-                }
+            let mut text = format!("let mut length = {start};");
+            for (
+                Item {
+                    name,
+                    is_rest,
+                    needs,
+                    ..
+                },
+                least,
+            ) in longer
+            {
+                text += &match (is_rest, needs) {
+                    (false, _) => format!(
+                        "\nif self.{name}.is_some() {{\n    length = length.max({least});\n}}"
+                    ),
+                    (true, None) => format!("\nlength = length.max({least} + self.{name}.len());"),
+                    (true, Some(_)) => format!(
+                        "\nif let Some(rest) = self.{name} {{\n    length = length.max({least} + rest.len());\n}}"
+                    ),
+                };
             }
+            text
         }
-    }
+    };
     if let Some((factor, more)) = kind.multiple {
-        code.line(format!(
-            "// Round up: every length is {more} more than a multiple of {factor}."
-        ));
-        code.line(format!(
-            "let length = length + ({} - length % {factor}) % {factor};",
-            factor + more
-        ));
+        let sum = factor + more;
+        text += &format!("\n// Round up: every length is {more} more than a multiple of {factor}.");
+        text += &format!("\nlet length = length + ({sum} - length % {factor}) % {factor};");
     }
-}
-
-fn encode(code: &mut Code, kind: &KindItem, has_kinds: bool) {
-    code.line(ENCODE);
-    code.block(ENCODE_SIGNATURE, "}", |code| {
-        set_length(code, kind);
-        let trailer = kind.layout.trailer.as_ref();
-        let appended = trailer.zip(kind.items.iter().find(|item| item.is_appended));
-        let whole = if appended.is_some() {
-            "whole"
-        } else {
-            "length"
-        };
-        let zeros = kind.zeros.as_ref().filter(|zeros| zeros.are_left_out);
-        // Fields that are counted from the front are written before zeros at the end are left out.
-        let (first, second): (Vec<&Item>, Vec<&Item>) = kind
-            .items
-            .iter()
-            .filter(|item| !item.is_appended)
-            .partition(|item| zeros.is_some() && item.at >= 0);
-        if let Some(zeros) = zeros {
-            code.line("let frame = into.get_mut(..length)?;\nframe.fill(0);");
-            for item in first {
-                let reference = if item.is_text { "&" } else { "" };
-                put(code, item, &format!("{reference}self.{}", item.name));
-            }
-            code.line(format!(
-                "// Leave out zero bytes at the end.
-let payload = frame.get({}..length - {}).unwrap_or_default();
-let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
-let length = length - zeros;",
-                zeros.first, zeros.margin
-            ));
-        }
-        if let Some((trailer, item)) = appended {
-            code.line(format!(
-                "let appended = self.{}.as_ref();
-let whole = length + appended.map_or(0, |_| {});
-let frame = into.get_mut(..whole)?;",
-                item.name, trailer.bytes
-            ));
-            code.line(match zeros {
-                Some(_) => "frame.iter_mut().skip(length).for_each(|byte| *byte = 0);",
-                None => "frame.fill(0);",
-            });
-            code.block("if let Some(appended) = appended {", "}", |code| {
-                let bit = trailer.mask & trailer.mask.wrapping_neg();
-                code.line(format!("put(frame, {}, &[{bit:#04X}]);", trailer.at));
-                code.line("put(frame, length, appended);");
-            });
-        } else {
-            code.line("let frame = into.get_mut(..length)?;");
-            if zeros.is_none() {
-                code.line("frame.fill(0);");
-            }
-        }
-        for item in second {
-            let name = &item.name;
-            if item.needs.is_none() {
-                let reference = if item.is_text && item.count.is_some() {
-                    "&"
-                } else {
-                    ""
-                };
-                put(code, item, &format!("{reference}self.{name}"));
-            } else {
-                let reference = if item.is_text || item.is_array {
-                    "&"
-                } else {
-                    ""
-                };
-                code.block(
-                    format!("if let Some(value) = {reference}self.{name} {{"),
-                    "}",
-                    |code| {
-                        put(code, item, "value");
-                    },
-                );
-            }
-        }
-        check(code, kind, has_kinds, whole);
-    });
-}
-
-/// Writes the end of `encode`, which checks that the frame has the given values.
-fn check(code: &mut Code, kind: &KindItem, has_kinds: bool, whole: &str) {
-    let name = &kind.name;
-    code.line("if !Self::LAYOUT.seal(frame) {\n    return None;\n}");
-    if has_kinds {
-        code.line(format!(
-            "// Fail if a kind that is tried earlier accepts the frame. An earlier kind may still wait for a longer frame.
-let classification = match Frames.classify(frame) {{
-    Classification::Incomplete {{ .. }} => Frames.classify_before(frame, LineEvent::Idle),
-    classification => classification,
-}};
-if classification != Classification::Frame({whole}) {{
-    return None;
-}}
-let Message::{name}(again) = Frames.decode(frame) else {{
-    return None;
-}};"
-        ));
-    } else {
-        code.line(format!("let again = {name}::decode(frame);"));
-    }
-    if kind.items.iter().all(|item| item.number != "f32") {
-        return code.line(format!("(again == *self).then_some({whole})"));
-    }
-    code.line(
-        "// Compare floating-point numbers by their bits, because NaN is not equal to itself.",
-    );
-    code.line("let mut is_same = true;");
-    for item in &kind.items {
-        let bits = match (&*item.number, item.is_array, item.needs) {
-            ("f32", true, None) => ".map(f32::to_bits)",
-            ("f32", true, Some(_)) => ".map(|all| all.map(f32::to_bits))",
-            ("f32", false, None) => ".to_bits()",
-            ("f32", false, Some(_)) => ".map(f32::to_bits)",
-            _ => "",
-        };
-        let name = &item.name;
-        code.line(format!(
-            "is_same &= again.{name}{bits} == self.{name}{bits};"
-        ));
-    }
-    code.line(format!("is_same.then_some({whole})"));
+    text
 }
