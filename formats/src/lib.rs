@@ -132,6 +132,7 @@ mod classify;
 mod crc;
 pub mod crsf;
 mod dialects;
+mod example;
 mod format_laws;
 pub mod gnss;
 mod hex;

@@ -46,6 +46,16 @@ fn number(random: &mut ChaCha8Rng, at: usize) -> Number {
     Number::new(at, random.random_range(1..=4), order)
 }
 
+fn length_field(random: &mut ChaCha8Rng, at: usize) -> LengthField {
+    let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
+    LengthField {
+        number: number(random, at),
+        mask: *masks.choose(random).expect("four"),
+        factor: random.random_range(1..=4),
+        plus: random.random_range(-3..=12),
+    }
+}
+
 fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
     let bytes = random.random_range(1..=4);
     let (algorithm, bytes) = match random.random_range(0..8) {
@@ -178,15 +188,9 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
         at += random.random_range(0_usize..4).saturating_sub(2);
         match part {
             0 if form == 1 => {
-                let length = number(random, at);
-                let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
-                field = Some(LengthField {
-                    mask: *masks.choose(random).expect("four"),
-                    factor: random.random_range(1..=4),
-                    plus: random.random_range(-3..=12),
-                    ..LengthField::new(length)
-                });
-                at += length.bytes;
+                let length = length_field(random, at);
+                at += length.number.bytes;
+                field = Some(length);
             }
             1 if random.random() => {
                 let messages = messages(random, at);
@@ -525,6 +529,15 @@ fn frames_of_any_layout_are_delivered() {
             continue;
         }
         layouts_with_frames += 1;
+        let mut example = vec![0; layout.longest];
+        let example = layout
+            .example(&mut example)
+            .unwrap_or_else(|why| panic!("{why:?}: {layout:?}"));
+        assert_eq!(
+            interpret(layout, example),
+            Frame(example.len()),
+            "{layout:?}"
+        );
         let clean = slices(&frames.concat(), &mut random);
         let mut noisy = Vec::new();
         for frame in &frames {

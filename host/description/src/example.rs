@@ -1,6 +1,6 @@
-//! Makes frames without values of fields: to show that a kind has a frame, and as examples.
+//! Makes frames without values of fields, as examples.
 
-use framelock_formats::layout::{ByteOrder, Length, index};
+use framelock_formats::layout::ByteOrder;
 
 use crate::kind::Kind;
 
@@ -40,58 +40,5 @@ impl Kind {
                 .copy_from_slice(bytes);
         }
         self.layout().seal(&mut frame).then_some(frame)
-    }
-
-    /// Returns a frame of this kind; `None` if no frame has all parts of the layout. Tries each message, and bytes that
-    /// agree with the fixed bits.
-    pub(crate) fn example(&self) -> Option<Vec<u8>> {
-        /// The number of frames that are tried at most.
-        const ATTEMPTS: usize = 100_000;
-        let layout = self.layout();
-        let content = self.content_bytes();
-        let mut ends = layout.terminators();
-        let is_free = |byte: &&u8| !ends.any(|end| end.contains(byte));
-        // Prefer bytes that cannot begin a terminator.
-        let mut fills: Vec<u8> = content.iter().filter(is_free).copied().collect();
-        if fills.is_empty() {
-            fills = content;
-        }
-        let fill = |length: usize, attempt: usize| {
-            let fills = &fills;
-            move |at: usize| {
-                let fixed = layout
-                    .fixed
-                    .iter()
-                    .filter(|bits| index(bits.at, length) == Some(at));
-                let agrees = |byte: &&u8| fixed.clone().all(|bits| *byte & bits.mask == bits.value);
-                let agreeing = fills.iter().filter(agrees);
-                let count = agreeing.clone().count().max(1);
-                agreeing.copied().nth(attempt * 37 % count).unwrap_or(0)
-            }
-        };
-        let messages = layout.messages.map_or(&[][..], |messages| messages.known);
-        let numbers: Vec<Option<u32>> = match messages {
-            [] => vec![None],
-            known => known.iter().map(|message| Some(message.number)).collect(),
-        };
-        let lengths = (layout.shortest..=layout.longest_without_trailer())
-            .filter(|length| self.may_have_length(*length));
-        let each = lengths.flat_map(|length| {
-            let attempts =
-                (0..4).flat_map(|attempt| numbers.iter().map(move |number| (attempt, *number)));
-            attempts.map(move |(attempt, number)| (length, attempt, number))
-        });
-        let mut each = each.take(ATTEMPTS);
-        each.find_map(|(length, attempt, number)| self.frame(length, number, fill(length, attempt)))
-    }
-
-    /// Returns true if the length field can express this length.
-    fn may_have_length(&self, length: usize) -> bool {
-        let Length::Field(field) = self.layout().length else {
-            return true;
-        };
-        let (factor, mask) = (i64::from(field.factor), i64::from(field.mask));
-        let counted = i64::try_from(length).map_or(-1, |length| length - i64::from(field.plus));
-        counted >= 0 && counted % factor == 0 && (counted / factor) & !mask == 0
     }
 }

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use framelock::DiscardReason;
 use framelock_formats::layout::{
-    self, CheckedLayout, Contradiction, FixedBits, KnownMessage, Length, LengthField, Trailer,
+    self, CheckedLayout, FixedBits, KnownMessage, Length, LengthField, Trailer,
 };
 
 use crate::field::{Class, Field, NumberType, Type, column_name};
@@ -210,8 +211,10 @@ impl Kind {
         {
             parts.table = Some(Box::new(crc.table_of_words()));
         }
-        let layouts = Layouts::new(vec![parts.into()])
-            .map_err(|contradiction| located(contradiction, table, &fields, &owners))?;
+        let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
+            let span = span_of(contradiction.part, table, &fields, &owners);
+            Located::new(span, Mistake::Contradiction(contradiction))
+        })?;
         let mut kind = Self {
             name: name.to_owned(),
             layouts,
@@ -226,9 +229,7 @@ impl Kind {
         };
         let plain = kind.clone();
         kind.place(&fields, trailer_field.clone(), fixed_length)?;
-        if kind.example().is_none() {
-            return Err(Located::new(table.span.clone(), Mistake::NoFrame));
-        }
+        kind.check_example(table, &fields, &owners)?;
         for mut view in views {
             kind.views
                 .push(plain.view(&mut view, &fields, trailer_field.clone(), fixed_length)?);
@@ -321,6 +322,30 @@ impl Kind {
             }
         }
         Ok(())
+    }
+
+    /// Checks that a frame of this kind exists, by making one.
+    fn check_example(
+        &self,
+        table: &Table,
+        fields: &[(Field, Table)],
+        owners: &[usize],
+    ) -> Result<(), Located> {
+        let layout = self.layout();
+        let Err(why) = layout.example(&mut vec![0; layout.longest]) else {
+            return Ok(());
+        };
+        let part = match why {
+            DiscardReason::NoSync | DiscardReason::BrokenSync => layout::Part::Sync,
+            DiscardReason::UnknownMessage => layout::Part::Messages,
+            DiscardReason::WrongTerminator if !owners.is_empty() => {
+                layout::Part::Fixed(owners.len() - 1)
+            }
+            DiscardReason::WrongTerminator => layout::Part::Terminator,
+            _ => layout::Part::Length,
+        };
+        let span = span_of(part, table, fields, owners);
+        Err(Located::new(span, Mistake::NoFrame(part)))
     }
 
     /// Returns the name of another part that has a bit of this field in a frame of `length` bytes. A field may select
@@ -583,15 +608,15 @@ fn length(
     }
 }
 
-/// Returns the position of a contradiction: the entry that describes the contradictory part. For each entry of the fixed
-/// bits, `owners` has the index of its field.
-fn located(
-    contradiction: Contradiction,
+/// Returns the position of a part: the part's entry. For each entry of the fixed bits, `owners` has the index of its
+/// field.
+fn span_of(
+    part: layout::Part,
     table: &Table,
     fields: &[(Field, Table)],
     owners: &[usize],
-) -> Located {
-    let key = match contradiction.part {
+) -> Range<usize> {
+    let key = match part {
         layout::Part::Sync => "sync",
         layout::Part::Length if table.has("length_field") => "length_field",
         layout::Part::Shortest | layout::Part::Longest if table.has("longest") => "longest",
@@ -603,13 +628,12 @@ fn located(
         _ => "terminator",
     };
     let mut lists = fields.iter().filter(|(field, _)| !field.allowed.is_empty());
-    let field = match contradiction.part {
+    let field = match part {
         layout::Part::Fixed(number) => Some(&fields[owners[number]]),
         layout::Part::Messages => lists.next(),
         _ => None,
     };
-    let span = field.map_or_else(|| table.span_of(key), |(_, table)| table.span_of("value"));
-    Located::new(span, Mistake::Contradiction(contradiction))
+    field.map_or_else(|| table.span_of(key), |(_, table)| table.span_of("value"))
 }
 
 /// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `parts`

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::ops::Range;
 
-use framelock_formats::layout::Contradiction;
+use framelock_formats::layout::{self, Contradiction};
 use thiserror::Error;
 
 use crate::kind::LONGEST;
@@ -83,12 +83,9 @@ pub enum Mistake {
     /// The parts of the layout contradict each other.
     #[error("{}", .0.message)]
     Contradiction(Contradiction),
-    /// No frame has all parts of the layout.
-    #[error(
-        "no frame has all these parts: the fixed values, the sync, the length, the messages, the content and the \
-         terminator contradict each other"
-    )]
-    NoFrame,
+    /// No frame has all parts of the layout. This part cannot be written.
+    #[error("{}", no_frame(*.0))]
+    NoFrame(layout::Part),
     /// A field has bytes of another part.
     #[error("{field} overlaps the {part}")]
     Overlap {
@@ -271,6 +268,27 @@ pub enum Mistake {
         /// The kind that is found instead.
         earlier: String,
     },
+}
+
+fn no_frame(part: layout::Part) -> &'static str {
+    match part {
+        layout::Part::Sync => {
+            "sync: no frame can be made, because other parts determine these bytes"
+        }
+        layout::Part::Messages => {
+            "messages: no frame can be made, because other parts determine the number"
+        }
+        layout::Part::Fixed(_) => {
+            "fixed: no frame can be made, because other parts exclude this value"
+        }
+        layout::Part::Terminator => {
+            "terminator: no frame can be made, because other parts exclude this end, or contain it"
+        }
+        _ => {
+            "length: no frame can be made, because no length in its header is in the limits and agrees with the fixed \
+             values"
+        }
+    }
 }
 
 /// A text that is not bytes in hex.

@@ -17,7 +17,7 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-21 except 20-2F" => 4:11: no bytes: leave the key out
     sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "00-0D" => 4:11: content: a terminator begins with a byte of the content
     sync = "24"\nlongest = 9\nterminator = "0A 0D | 0A"\ncontent = "20-7E" => 3:14: other terminators: one begins with another one
-    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nshortest = 3\nfields = [{ name = "a", at = 1, type = "u8", value = 7 }] => 6:54: fixed: no byte of the content has these bits
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nshortest = 3\nfields = [{ name = "a", at = 1, type = "u8", value = 7 }] => 6:54: fixed: no frame can be made
     sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "20-7E"\nfields = [{ name = "a", at = -1, type = "u8" }] => 5:30: a overlaps the terminator
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nchecksum = { name = "xor", type = "u8", at = -2 } => 5:12: checksum: its bytes may be outside the content
     length = 4 => 1:1: sync: nothing tells a frame from noise
@@ -82,12 +82,12 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it must have 1 byte or more, and a mask
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 1, bytes = 8 } => 4:11: trailer: the shortest frame with a trailer
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: frames of 1 bytes are too short: the header and the parts that are counted from the end have 2
-    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no number that the length field can hold
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no frame can be made
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
-    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits at its offset
-    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits at its offset
-    sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
+    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 3:30: a overlaps the sync
+    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 4:30: a overlaps the terminator
+    sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:139: fixed: no frame can be made
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
     any_of = ["ubx", "nmae"] => 1:18: there is no nmae (perhaps nmea?); there are bin
     sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind must have a name
