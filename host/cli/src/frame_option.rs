@@ -22,7 +22,7 @@ impl TypedValueParser for ProtocolParser {
         name: &OsStr,
     ) -> Result<Protocol, clap::Error> {
         let parser = StringValueParser::new();
-        let parser = parser.try_map(|name| Protocol::named(&name).map_err(|why| harmless(&why)));
+        let parser = parser.try_map(|name| Protocol::named(&name).map_err(|why| harmless(&why.to_string())));
         parser.parse_ref(command, argument, name)
     }
 

@@ -5,8 +5,7 @@ use std::io::Write as _;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use framelock_description::text::no_such;
-use framelock_description::{Column, Field, KIND, Kind, Value};
+use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
@@ -100,10 +99,10 @@ impl FrameWriter {
         let description = &self.protocol.description;
         for name in names {
             let is_equal = |own: &str| own.eq_ignore_ascii_case(name);
-            if !description.shown().any(|kind| kind.has_name(is_equal)) {
+            if !description.kinds_and_views().any(|kind| kind.has_name(is_equal)) {
                 bail!(
                     "--only {name}: {}",
-                    no_such(name, &description.kind_names())
+                    UnknownName::new(name, description.kind_names())
                 );
             }
         }
@@ -114,12 +113,12 @@ impl FrameWriter {
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.shown().filter(|kind| kind.has_name(&is_wanted));
+        let wanted = || description.kinds_and_views().filter(|kind| kind.has_name(&is_wanted));
         self.columns.retain(|column| {
             let has_name = |field: &Field| field.name == *field_name(column);
             column.name == KIND || wanted().any(|kind| kind.varying_fields().any(has_name))
         });
-        let kinds = description.shown();
+        let kinds = description.kinds_and_views();
         let rows = kinds.map(|kind| KindRow::new(kind, &self.columns, is_wanted(&kind.name)));
         self.kind_rows = rows.collect();
     }
@@ -155,7 +154,7 @@ impl FrameWriter {
     fn kind_row(&self, frame: &[u8]) -> &KindRow {
         match &*self.kind_rows {
             [only] => only,
-            rows => &rows[self.protocol.description.shown_number(frame)],
+            rows => &rows[self.protocol.description.view_number(frame)],
         }
     }
 
@@ -281,7 +280,7 @@ impl FrameWriter {
                 row.extend(part);
             }
         }
-        for (field, content) in kind.shown(frame) {
+        for (field, content) in kind.values(frame) {
             row.extend(between);
             row.extend(field.name.as_bytes());
             for value in content.values() {

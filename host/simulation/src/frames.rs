@@ -7,7 +7,6 @@ use std::str::FromStr;
 use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
 use framelock_description::{Description, Kind, Type};
-use framelock_formats::layout::ByteOrder;
 use framelock_receiving::Protocol;
 use rand::seq::IndexedRandom as _;
 use rand::{Rng, RngCore, SeedableRng as _};
@@ -102,7 +101,7 @@ impl Transmission {
     pub fn new(protocol: &Protocol, payload: [u8; 4]) -> Self {
         let mut bytes = vec![0; protocol.longest()];
         bytes[2..6].copy_from_slice(&payload);
-        let is_sealed = protocol.description.kinds[0].layout.seal(&mut bytes);
+        let is_sealed = protocol.description.kinds[0].layout().seal(&mut bytes);
         assert!(is_sealed, "a frame of setpoints may have any payload");
         let [_, pitch, roll, yaw] = payload;
         Self {
@@ -168,32 +167,19 @@ pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Ve
 /// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
 /// if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
-    let layout = &kind.layout;
+    let layout = kind.layout();
     let mut fields = kind.fields.iter();
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
     let ends = fields.clone().filter_map(|field| field.end(rest));
     let length = kind.least_length(ends).max(layout.shortest) + longer;
     let is_text = fields.any(|field| field.kind == Type::Text);
-    let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
-    let content = layout.content;
-    let is_content = |byte: u8| content.iter().any(|(a, b)| (*a..=*b).contains(&byte));
-    let any: Vec<u8> = any
-        .filter(|byte| content.is_empty() || is_content(*byte))
-        .collect();
-    let bytes = (0..length.min(layout.longest)).filter_map(|_| any.choose(random).copied());
-    let mut frame: Vec<u8> = bytes.collect();
-    if let Some(messages) = layout.messages
-        && let Some(message) = messages.known.choose(random)
-    {
-        let (place, mut bytes) = (messages.number, message.number.to_le_bytes());
-        let bytes = bytes.get_mut(..place.bytes)?;
-        if place.order == ByteOrder::Big {
-            bytes.reverse();
-        }
-        frame.get_mut(place.at..place.end())?.copy_from_slice(bytes);
-    }
-    layout.seal(&mut frame).then_some(frame)
+    let mut bytes = kind.content_bytes();
+    bytes.retain(|byte| !is_text || byte.is_ascii_uppercase());
+    let messages = layout.messages.map_or(&[][..], |messages| messages.known);
+    let message = messages.choose(random).map(|message| message.number);
+    let fill = |_| *bytes.choose(random).expect("the content has bytes");
+    kind.frame(length.min(layout.longest), message, fill)
 }
 
 #[cfg(test)]

@@ -58,6 +58,8 @@ pub fn frames() -> String {
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn problem(description: &str) -> String {
     let protocol = scenario::described(scenario::OWN, description);
-    let line = protocol.and_then(|protocol| AnyLine::new(&protocol, Policy::Framelock));
+    let line = protocol.and_then(|protocol| {
+        AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())
+    });
     line.err().unwrap_or_default()
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use framelock_description::{hex, shipped};
+use framelock_description::{Problem, hex, shipped};
 use framelock_receiving::Protocol;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
@@ -75,7 +75,7 @@ impl Scenario {
     /// Sets one key. The error says which value is expected.
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
-            "frame" if value == OWN || shipped(value).is_some() => {
+            "frame" if value == OWN || shipped(value).is_ok() => {
                 value.clone_into(&mut self.frame);
             }
             "frame" => return Err("expected a frame's name, such as bin, crsf or own".to_owned()),
@@ -92,7 +92,7 @@ impl Scenario {
             "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
             "idle" => return Err("expected on or off".to_owned()),
             "bytes" => {
-                let own = hex::parse(&[value])?;
+                let own = hex::parse(&[value]).map_err(|error| error.to_string())?;
                 if own.len() > 4_096 {
                     return Err("expected up to 4096 bytes".to_owned());
                 }
@@ -122,9 +122,8 @@ where
 /// Parses a description of frames. An error begins with the line and column of the mistake.
 pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
     Protocol::described(name, text.to_owned()).map_err(|problem| {
-        let mut parts = problem.splitn(4, ':').skip(1);
-        let mut part = || parts.next().unwrap_or_default();
-        format!("Line {}, column {}:{}", part(), part(), part())
+        let Problem { line, column, mistake, .. } = problem;
+        format!("Line {line}, column {column}: {mistake}")
     })
 }
 

@@ -183,7 +183,7 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     };
     let has_kinds = description.has_kinds();
     let name = has_kinds.then(|| [KIND, kind.name_of(bytes), ""].map(str::to_owned));
-    let fields = kind.shown(bytes).map(|(field, content)| {
+    let fields = kind.values(bytes).map(|(field, content)| {
         let values: Vec<String> = content.values().map(|value| value.to_string()).collect();
         let unit = field.unit.clone().unwrap_or_default();
         [field.name.clone(), values.join(" "), unit]

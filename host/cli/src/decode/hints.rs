@@ -81,7 +81,7 @@ fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
 
 fn sync(protocol: &Protocol) -> Option<&[u8]> {
     let kind = protocol.description.kinds.first()?;
-    kind.layout.sync.each().next()
+    kind.layout().sync.each().next()
 }
 
 #[cfg(test)]

@@ -3,8 +3,7 @@
 //! random descriptions and the fuzz target call these checks.
 
 use framelock::{BufferedReceiver, Classification, Format, Found, Frame, LineEvent};
-use framelock_description::Description;
-use framelock_formats::AnyOf;
+use framelock_description::{Description, Layouts};
 use framelock_proofs::reference::framed;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,14 +23,12 @@ pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
         }
         Ok(_) => Some(0),
         Err(why) => {
-            let mut parts = why.split(':').skip(1).map(str::parse);
-            let place = (parts.next(), parts.next());
-            let (Some(Ok(line)), Some(Ok(column))) = place else {
-                panic!("{why}");
-            };
-            let line = text.split('\n').nth(line - 1).expect("that line is there");
+            let line = text
+                .split('\n')
+                .nth(why.line - 1)
+                .expect("that line is there");
             let columns = 1..=line.chars().count() + 1;
-            assert!(columns.contains(&column), "{why}");
+            assert!(columns.contains(&why.column), "{why}");
             None
         }
     }
@@ -49,9 +46,9 @@ fn received(
 ) -> Events {
     let format = description.format();
     let mut receiver =
-        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
+        BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]).unwrap();
     let (mut rest, mut settled, mut events) = (stream, 0, vec![]);
-    let mut note = |found: Found<Frame<'_, AnyOf>>| {
+    let mut note = |found: Found<Frame<'_, Layouts>>| {
         let count = found.bytes();
         events.push(found.map(|_| settled));
         settled += count;
@@ -106,7 +103,7 @@ pub(crate) fn agrees_with_the_reference(
     let stream = noisy(&frames, random);
     let mut expected = Events::new();
     framed(
-        &description.format(),
+        description.format(),
         &stream,
         Some(LineEvent::Idle),
         |event| {

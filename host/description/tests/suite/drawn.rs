@@ -12,9 +12,9 @@ use serde_json::Value as Json;
 /// frames.
 fn identifying(view: &Kind, name: &str) -> Option<Json> {
     let (from, bytes) = &view.sign;
-    let mut frame = vec![0; view.layout.longest];
+    let mut frame = vec![0; view.layout().longest];
     frame[*from..][..bytes.len()].copy_from_slice(bytes);
-    let (field, content) = view.shown(&frame).find(|(field, _)| field.name == name)?;
+    let (field, content) = view.values(&frame).find(|(field, _)| field.name == name)?;
     let at = usize::try_from(field.at).ok()?;
     let is_within = at >= *from && at + field.length()? <= from + bytes.len();
     is_within.then(|| json(content.value()))
@@ -33,8 +33,8 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
     let kind = description.kinds.choose(random).unwrap();
     let view = kind.views.choose(random).filter(|_| random.random());
     let shown = view.unwrap_or(kind);
-    let sync = kind.layout.sync.each().next().unwrap_or_default();
-    let end = kind.layout.terminator.each().last().unwrap_or_default();
+    let sync = kind.layout().sync.each().next().unwrap_or_default();
+    let end = kind.layout().terminator.each().last().unwrap_or_default();
     // Some rows lack the last fields, which then are not in the frame.
     let optional = shown.fields.iter();
     let optional = optional.filter(|field| shown.shortest_with(field).is_some());
@@ -80,10 +80,10 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             (_, true) => {
                 // Draw short payloads, because some MAVLink messages allow only a few bytes. Also draw longer payloads,
                 // because some layouts allow only longer frames.
-                let long = kind.layout.shortest.max(21);
+                let long = kind.layout().shortest.max(21);
                 let rest = *[1, 2, 3, long].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
-                let ranges = kind.layout.content;
+                let ranges = kind.layout().content;
                 let is_content = |byte: &u8| ranges.iter().any(|(a, b)| (a..=b).contains(&byte));
                 let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
                 let all: Vec<u8> = all.collect();
@@ -121,7 +121,7 @@ pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json
     if description.has_kinds() {
         row[0] = Some(kind.name_of(frame).into());
     }
-    for (field, content) in kind.shown(frame) {
+    for (field, content) in kind.values(frame) {
         let from = place(&field.name)
             .or(place(&format!("{}1", field.name)))
             .unwrap();
@@ -144,7 +144,7 @@ pub(crate) fn with_any_end(
     frame: &[u8],
     random: &mut ChaCha8Rng,
 ) -> Vec<u8> {
-    let layout = &description.kinds[description.number(frame)].layout;
+    let layout = description.kinds[description.number(frame)].layout();
     let content = frame.len() - layout.terminator.length;
     let own = layout.terminator.length;
     let others: Vec<&[u8]> = layout
@@ -290,6 +290,10 @@ pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
         at += length;
+        // A field that takes the rest of the frame is the last one, because fields may share bytes.
+        if rest == "type = 'bytes'" || rest == "type = 'text'" {
+            break;
+        }
     }
     text
 }

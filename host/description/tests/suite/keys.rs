@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 /// Returns the names and values of a frame as text.
 fn shown(description: &Description, frame: &[u8]) -> String {
     let kind = description.kind(frame).unwrap();
-    let fields = kind.shown(frame).map(|(field, content)| {
+    let fields = kind.values(frame).map(|(field, content)| {
         let values = content.values().map(|value| value.to_string());
         let unit = field.unit.as_deref().map(|unit| format!(" {unit}"));
         let values = values.collect::<Vec<_>>().join(" ");
@@ -87,6 +87,15 @@ fn each_key_means_what_it_is_called() {
             json!([-2, 5, 3]),
             "24 FE 5F 83",
             "low -2, high 5, even 3",
+        ),
+        // Fields may share bytes.
+        (
+            "sync = '24'\nlength = 4\nfields = [
+             { name = 'word', at = 1, type = 'u16le' }, { name = 'low', at = 1, type = 'u8' },
+             { name = 'flags', at = 2, bits = 4, bit = 2 }]",
+            json!([0x2C05, 5, 11]),
+            "24 05 2C 00",
+            "word 11269, low 5, flags 11",
         ),
         // A field selects one of several terminators. Another field is at the beginning of the frame.
         (
@@ -227,7 +236,7 @@ fn a_frame_may_end_in_several_ways() {
     for text in ["ab#c", "ab\nc", "ab\r", "é"] {
         let encoded = description.encode(&[Some(json!(text)), Some(json!(59))]);
         assert!(
-            encoded.is_err_and(|why| why.contains("their content")),
+            encoded.is_err_and(|why| why.to_string().contains("their content")),
             "{text}"
         );
     }
@@ -309,7 +318,10 @@ fn a_description_may_have_several_kinds() {
         (json!(["state", 2, null, 3]), "missing field `text`"),
         (json!(["measurement", 1]), "missing field `position`"),
     ] {
-        assert!(encode(values).unwrap_err().starts_with(told), "{told}");
+        assert!(
+            encode(values).unwrap_err().to_string().starts_with(told),
+            "{told}"
+        );
     }
 }
 
@@ -366,6 +378,11 @@ fn what_cannot_be_written_is_told() {
             "a cannot have this value: the description gives its bytes another value",
         ),
         (
+            "sync = '24'\nlength = 3\nfields = [{ name = 'a', at = 1, type = 'u16le' }, { name = 'b', at = 2, type = 'u8' }]",
+            json!([0x0305, 4]),
+            "a cannot have this value: the description gives its bytes another value",
+        ),
+        (
             "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
             json!(["1\\x0A2"]),
             "there is no frame of 5 bytes with these values",
@@ -384,7 +401,7 @@ fn what_cannot_be_written_is_told() {
             .cloned()
             .map(Some)
             .collect();
-        let why = description.encode(&values).unwrap_err();
+        let why = description.encode(&values).unwrap_err().to_string();
         assert!(why.starts_with(told), "{why}");
     }
 }

@@ -24,10 +24,10 @@ fn shipped_frames_come_out_and_their_values_make_them_again() {
         let frames: Vec<Vec<u8>> = (0..20)
             .flat_map(|_| frames(&description, &mut random))
             .collect();
-        for (number, shown) in description.shown().enumerate() {
+        for (number, shown) in description.kinds_and_views().enumerate() {
             let of_it = frames
                 .iter()
-                .filter(|it| description.shown_number(it) == number);
+                .filter(|it| description.view_number(it) == number);
             assert!(of_it.count() > 3, "{name}: {}", shown.name);
         }
         let frames: usize = (0..20)
@@ -53,7 +53,7 @@ fn shipped_frames_keep_the_laws() {
         bytes.push(bytes[0]);
         // Long streams would take too much time here. The reference above covers them.
         bytes.truncate(14);
-        check_laws(&description.format(), &mut bytes)
+        check_laws(description.format(), &mut bytes)
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
     }
 }
@@ -126,7 +126,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         if seed % 4 == 0 {
             let mut beginning: Vec<u8> = frames.concat();
             beginning.truncate(6);
-            check_laws(&description.format(), &mut beginning).unwrap();
+            check_laws(description.format(), &mut beginning).unwrap();
         }
     }
     assert!(with.iter().all(|(_, count)| *count > 5), "{with:#?}");
