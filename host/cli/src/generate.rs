@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use framelock_generate::{CrcTable, c, rust};
 use framelock_receiving::Protocol;
 
-use crate::frame_option::ProtocolParser;
+use crate::options::ProtocolParser;
 use crate::output::Output;
 
 /// Generate source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -44,7 +44,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         output,
     } = arguments;
     let path = Path::new(&frame.name);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = path
+        .file_stem()
+        .expect("a name or a file")
+        .to_string_lossy();
     let language_name = language.to_possible_value();
     let language_name = language_name.as_ref().map_or("", |value| value.get_name());
     let (table, option) = if *byte_table {

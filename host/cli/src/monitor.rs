@@ -16,10 +16,9 @@ use framelock_description::text::harmless;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_simulation::LEVEL;
 
-use crate::frame_option::ProtocolParser;
 use crate::frame_writer::FrameWriter;
 use crate::input::{Arrival, Input, for_each_arrival};
-use crate::options::whole;
+use crate::options::{ProtocolParser, whole};
 use crate::output::Output;
 use crate::screen::{self, DRAW_EVERY, Screen, key_within};
 use crate::serial::{Device, PortOptions};

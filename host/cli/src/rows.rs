@@ -279,17 +279,14 @@ fn separated<'a>(
             if is_comment || record.iter().all(str::is_empty) {
                 continue;
             }
-            let names = match &header {
-                Some(names) => names,
-                None => {
-                    let (names, is_header) = column_names(&record, description, reads_times);
-                    let names = header.insert(names);
-                    if is_header {
-                        continue;
-                    }
-                    names
+            if header.is_none() {
+                let (names, is_header) = column_names(&record, description, reads_times);
+                header = Some(names);
+                if is_header {
+                    continue;
                 }
-            };
+            }
+            let names = header.as_ref().expect("the names are known");
             let fields = separated_fields(&record, names, description);
             return Ok(Some((reader.position().line() - 1, fields)));
         }

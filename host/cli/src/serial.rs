@@ -53,9 +53,9 @@ fn parity() -> impl TypedValueParser<Value = Parity> {
     })
 }
 
-fn baud(text: &str) -> Result<u32, String> {
+fn baud(text: &str) -> Result<u32> {
     whole(text, 1, u32::MAX.into())
-        .map_err(|_| "expected a rate in bits per second, for example 115200".into())
+        .map_err(|_| anyhow!("expected a rate in bits per second, for example 115200"))
 }
 
 impl PortOptions {

@@ -10,8 +10,8 @@ use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
 use framelock_receiving::{Policy, Protocol};
 
-use crate::frame_option::ProtocolParser;
 use crate::input::{Input, Spelling, for_each_arrival};
+use crate::options::ProtocolParser;
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use traced::{Step, Traced, is_bin};

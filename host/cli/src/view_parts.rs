@@ -41,8 +41,8 @@ pub(crate) struct RowsLeft(u16);
 
 impl RowsLeft {
     /// Creates the count from the terminal's height and the number of rows in use.
-    pub(crate) fn new(height: u16, taken: u16) -> Self {
-        Self(height.saturating_sub(taken))
+    pub(crate) fn new(height: u16, used: u16) -> Self {
+        Self(height.saturating_sub(used))
     }
 
     /// Takes `height` rows if that many are free. Otherwise takes none.

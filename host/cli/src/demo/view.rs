@@ -33,7 +33,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     }
     let area = area.inner(Margin::new(1, 0));
     let heights = [2, 5, 1, 4, 1, 4, 6];
-    let [title, told, _, lecture, _, framelock, bytes] =
+    let [title, story_area, _, lecture, _, framelock, bytes] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
 
     let space = if is_paused { "resumes" } else { "pauses" };
@@ -48,7 +48,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
         ends(vec![story.heading.bold()], vec![time], area.width),
         story.text.replace('\n', " ").into(),
     ];
-    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), told);
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), story_area);
 
     let (line, reports) = demonstration.report();
     let broken = line.frames_sent - line.frames_intact;
@@ -74,8 +74,8 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
 
 /// Returns a row with some text at its left end and some text at its right end.
 fn ends(mut left: Vec<Span<'static>>, right: Vec<Span<'static>>, width: u16) -> Line<'static> {
-    let taken: usize = left.iter().chain(&right).map(Span::width).sum();
-    left.push(" ".repeat(usize::from(width).saturating_sub(taken)).into());
+    let used: usize = left.iter().chain(&right).map(Span::width).sum();
+    left.push(" ".repeat(usize::from(width).saturating_sub(used)).into());
     left.extend(right);
     left.into()
 }

@@ -122,8 +122,8 @@ fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
         let end = story.text.split_whitespace().next_back().unwrap();
         for (width, height) in [(80, 23), (80, 24), (300, 100)] {
             let screen = screen(&demonstration, width, height);
-            let told = &screen[..row(&screen, LECTURE)];
-            let mut rows = told.iter().rev().map(|row| row.trim());
+            let above = &screen[..row(&screen, LECTURE)];
+            let mut rows = above.iter().rev().map(|row| row.trim());
             let last = rows.find(|row| !row.is_empty()).unwrap();
             assert!(last.ends_with(end), "{width}x{height}: {last}");
             for start in ["seat", "arrived", "framelock "] {
