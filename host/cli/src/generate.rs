@@ -48,8 +48,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .file_stem()
         .expect("a name or a file")
         .to_string_lossy();
-    let language_name = language.to_possible_value();
-    let language_name = language_name.as_ref().map_or("", |value| value.get_name());
+    let value = language.to_possible_value().expect("no language is hidden");
+    let language_name = value.get_name();
     let (table, option) = if *byte_table {
         (CrcTable::Bytes, " --byte-table")
     } else {

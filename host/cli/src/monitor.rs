@@ -128,8 +128,8 @@ fn watch_live(session: &mut MonitorSession, input: Input<'static>) -> Result<()>
         let now = Instant::now();
         while now.elapsed() < LONGEST_CATCHING_UP {
             match arrivals.try_recv() {
-                Ok((at, news)) => {
-                    let at = at.saturating_duration_since(beginning);
+                Ok((instant, news)) => {
+                    let at = instant.saturating_duration_since(beginning);
                     match news {
                         News::Bytes(bytes) => session.receive(at, &bytes),
                         News::Gone(why) => session.lose_port(at, &why),

@@ -69,8 +69,8 @@ impl TypedValueParser for ProtocolParser {
         argument: Option<&clap::Arg>,
         name: &OsStr,
     ) -> Result<Protocol, clap::Error> {
-        let parser = StringValueParser::new();
-        let parser = parser.try_map(|name| Protocol::named(&name).map_err(|why| harmless(&why)));
+        let named = |name: String| Protocol::named(&name).map_err(|why| harmless(&why));
+        let parser = StringValueParser::new().try_map(named);
         parser.parse_ref(command, argument, name)
     }
 

@@ -48,7 +48,10 @@ fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<St
         _ => header,
     };
     let trailer = layout.trailer().filter(|_| is_known);
-    let alone = whole - trailer.map_or(0, |it| it.bytes_after(bytes)).min(whole);
+    let alone = whole
+        - trailer
+            .map_or(0, |trailer| trailer.bytes_after(bytes))
+            .min(whole);
     let positions = kind.positions(alone, is_known);
     let appended = kind.fields.iter().find(|field| field.is_appended);
     let name = |byte: usize| {

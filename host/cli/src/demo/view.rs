@@ -128,12 +128,12 @@ fn counts(report: &Report, broken: u64) -> Line<'static> {
 
 /// Returns a row with the failsafe's output and the setpoint of each axis.
 fn seat(report: &Report, demonstration: &Demonstration, width: u16) -> Line<'static> {
-    let sent = demonstration.last_sent.map(<[u8; 3]>::from);
+    let setpoint = demonstration.last_sent.map(<[u8; 3]>::from);
     let mut line = Line::from("seat, ┃ as sent  ");
     let bar_width = (width - 17).div_ceil(3).saturating_sub(7);
     let names = ["pitch", "roll", "yaw"];
     for (axis, (name, output)) in names.into_iter().zip(report.output.axes).enumerate() {
-        let sent = sent.and_then(|axes| axes.get(axis).copied());
+        let sent = setpoint.map(|axes| axes[axis]);
         line.push_span(format!("{name:>5} ").dim());
         line.extend(bar(output, sent, bar_width));
         line.push_span(" ");
