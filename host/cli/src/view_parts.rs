@@ -56,8 +56,21 @@ pub(crate) fn phase_style(phase: Phase) -> Style {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
+    use ratatui::backend::TestBackend;
+    use ratatui::{Frame, Terminal};
+
     use super::*;
+
+    /// Draws a view on a screen of this size. Returns the rows of the screen as text.
+    pub(crate) fn screen(width: u16, height: u16, draw: impl FnOnce(&mut Frame)) -> Vec<String> {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a screen");
+        terminal.draw(draw).expect("writing to memory cannot fail");
+        let cells = terminal.backend().buffer().content();
+        let rows = cells.chunks(usize::from(width).max(1));
+        rows.map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect()
+    }
 
     fn text(output: u8, sent: Option<u8>) -> String {
         bar(output, sent, 10).to_string()
