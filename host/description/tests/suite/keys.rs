@@ -171,7 +171,7 @@ fn a_field_with_a_list_of_values_has_each_of_them_and_no_other() {
     let description = Description::parse("list.toml", text).unwrap();
     for value in 0..=u8::MAX {
         let is_listed = [9, 2, 200, 7, 3].contains(&value);
-        let layout = &description.kinds[0].layout;
+        let layout = &description.kinds[0].layout();
         let is_frame = layout.classify(&[0x24, value]) == Classification::Frame(2);
         assert_eq!(is_frame, is_listed, "{value}");
         assert_eq!(
