@@ -142,7 +142,7 @@ fn in_sealing_and_classifying() {
         ..parts.layout()
     };
     let count = any_up_to(3);
-    let is_frame = layout.seal(bytes.get_mut(..count).unwrap());
+    let is_frame = CheckedLayout(layout).seal(bytes.get_mut(..count).unwrap());
     kani::cover!(is_frame && count == 3, "a frame");
 }
 
