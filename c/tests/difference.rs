@@ -9,9 +9,8 @@ use std::process::Command;
 
 use framelock::motion::Bin;
 use framelock::{BufferedReceiver, Counters, Format, Line, LineEvent, Receiver};
-use framelock_description::{Description, SHIPPED};
+use framelock_description::{Description, Layouts, SHIPPED};
 use framelock_description_oracles as drawn;
-use framelock_formats::AnyOf;
 use framelock_generate::{CrcTable, c};
 use framelock_oracles::broken;
 use rand::seq::IndexedRandom;
@@ -209,7 +208,7 @@ impl Case {
                     .description
                     .kinds
                     .iter()
-                    .all(|kind| kind.layout.sync.length > 0);
+                    .all(|kind| kind.layout().sync.length > 0);
             if is_there && is_certain && SHIPPED.iter().any(|it| it.1 == self.text) {
                 assert!(*count > 0, "{name}: {reason} did not happen");
             }
@@ -246,7 +245,7 @@ impl Digest {
 
 /// The Rust receiver, which performs the same steps as `difference.c`.
 struct Reference {
-    line: Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>,
+    line: Line<BufferedReceiver<Layouts, Vec<u8>>>,
     digest: Digest,
     is_window: bool,
     has_kinds: bool,
@@ -262,8 +261,8 @@ struct Reference {
 impl Reference {
     fn new(case: &Case) -> Self {
         let format = case.description.format();
-        let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
-        let mut layouts = case.description.kinds.iter().map(|kind| &kind.layout);
+        let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
+        let mut layouts = case.description.kinds.iter().map(|kind| kind.layout());
         Self {
             line: Line::new(receiver.unwrap()),
             digest: Digest(2_166_136_261),
@@ -412,7 +411,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
                 .map(|frame| drawn::with_any_end(description, frame, random)),
         );
     }
-    let layouts = description.kinds.iter().map(|kind| &kind.layout);
+    let layouts = description.kinds.iter().map(|kind| kind.layout());
     let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync.each()).collect();
     let (mut steps, mut count) = (Vec::new(), 0);
     let (mut changes, mut slices, mut polls) = ([0; 24], HashSet::new(), 0);

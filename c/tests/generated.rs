@@ -116,7 +116,7 @@ fn cases(random_ones: usize) -> Vec<Case> {
 fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     let format = description.format();
     let mut receiver =
-        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
+        BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]).unwrap();
     let (mut text, mut frames, mut discarded) = (String::new(), 0, 0);
     let mut note = |found: framelock::Found<(usize, &[u8])>| match found {
         framelock::Found::Frame {
@@ -126,7 +126,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
             frames += 1;
             writeln!(text, "frame {kind}").unwrap();
             let mut has_empty = false;
-            for (field, content) in description.kinds[kind].shown(frame) {
+            for (field, content) in description.kinds[kind].values(frame) {
                 has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
                 let values: String = content.values().map(|value| said(field, value)).collect();
                 writeln!(text, "{}{values}", field.name).unwrap();
@@ -149,7 +149,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
     // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
     // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
-    let layout = description.kinds[0].layout;
+    let layout = description.kinds[0].layout();
     let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
     assert!(
         frames > 5 && (takes_all || discarded > 5),

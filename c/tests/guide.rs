@@ -190,7 +190,7 @@ fn expected(
     say: impl Fn(&[u8]) -> Option<String>,
 ) -> String {
     let format = description.format();
-    let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
+    let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
     let mut line = Line::new(receiver.unwrap());
     let mut text = String::new();
     let mut waiting = Vec::new();

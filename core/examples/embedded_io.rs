@@ -40,7 +40,7 @@ where
             },
         };
         // After a lost byte or a pause, the pending bytes are worthless, so discard them. The next call continues.
-        reader.line_mut().line_event(event, |_| ());
+        reader.line_mut().event(event);
         on(event);
     }
 }

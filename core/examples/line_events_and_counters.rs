@@ -32,13 +32,13 @@ pub(crate) fn interrupt(
     found: Result<u8, LineEvent>,
 ) -> Option<Setpoint> {
     if now.wrapping_sub(*heard) >= IDLE {
-        line.line_event(LineEvent::Idle, |_| ());
+        line.event(LineEvent::Idle);
     }
     *heard = now;
     match found {
         Ok(byte) => line.push(byte),
         Err(event) => {
-            line.line_event(event, |_| ());
+            line.event(event);
             None
         }
     }

@@ -25,7 +25,7 @@ fn interrupt(line: &mut Line<Receiver<Bin>>, found: Result<&[u8], LineEvent>) {
         Ok(bytes) => line.messages(bytes).for_each(|setpoint| {
             critical_section::with(|section| MAILBOX.borrow(section).set(Some(setpoint)));
         }),
-        Err(event) => line.line_event(event, |_| ()),
+        Err(event) => line.event(event),
     }
 }
 

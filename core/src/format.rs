@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::{DiscardReason, LineEvent};
+use crate::{DiscardReason, Found, LineEvent};
 
 #[cfg(kani)]
 pub mod verification;
@@ -188,6 +188,32 @@ impl<'a, F: Format> Frame<'a, F> {
     #[must_use]
     pub fn message(&self) -> F::Message<'a> {
         self.format.decode(self.bytes)
+    }
+}
+
+impl<'a, F: Format> Found<Frame<'a, F>> {
+    /// Returns the decoded message if the outcome is a frame.
+    ///
+    /// ```
+    /// # use framelock::{BufferedReceiver, Classification, Format, LineEvent};
+    /// # #[derive(Clone, Copy)]
+    /// # struct Pair;
+    /// # impl Format for Pair {
+    /// #     const LONGEST: usize = 2;
+    /// #     type Message<'a> = u8;
+    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
+    /// #         if bytes.len() < 2 { Classification::Incomplete { at_least: 2 } } else { Classification::Frame(2) }
+    /// #     }
+    /// #     fn decode(&self, frame: &[u8]) -> u8 { frame[1] }
+    /// # }
+    /// let mut values = Vec::new();
+    /// let mut receiver = BufferedReceiver::<_, [u8; 4]>::new(Pair);
+    /// receiver.feed(&[0, 7, 0, 9], |found| values.extend(found.decoded()));
+    /// assert_eq!(values, [7, 9]);
+    /// ```
+    #[inline]
+    pub fn decoded(self) -> Option<F::Message<'a>> {
+        self.message().map(|frame| frame.message())
     }
 }
 

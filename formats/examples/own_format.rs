@@ -87,8 +87,8 @@ pub(crate) fn take(
         }
         // A whole frame may be among the pending bytes.
         Err(event) => receiver.line_event(event, |found| {
-            if let Some(frame) = found.message() {
-                on(frame.message());
+            if let Some(text) = found.decoded() {
+                on(text);
             }
         }),
     }

@@ -171,7 +171,7 @@ pub(crate) fn kind<L>(
 
 /// Returns a number for the part of a frame in which classification finds this reason: 0 for the first byte, 1 for the
 /// rest of the sync, 2 for the header, 3 for the rest of the frame.
-const fn further_on(why: DiscardReason) -> u8 {
+pub(crate) const fn further_on(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,
         DiscardReason::BrokenSync => 1,

@@ -2,14 +2,13 @@
 
 pub(crate) mod check;
 mod checksum;
-mod contradiction;
 mod parts;
 
 use core::ops::Deref;
 
 use check::least;
+pub use check::{Contradiction, Part};
 pub use checksum::{Algorithm, Checksum, Crc, Encoding, Table};
-pub use contradiction::{Contradiction, Part};
 pub use parts::{
     ByteOrder, FixedBits, KnownMessage, Length, LengthField, Messages, Number, Patterns, Trailer,
 };

@@ -45,8 +45,8 @@
 //!             }
 //!         }
 //!         Uart::Idle => line.line_event(LineEvent::Idle, |found| {
-//!             if let Some(frame) = found.message() {
-//!                 receive(frame.message());
+//!             if let Some(message) = found.decoded() {
+//!                 receive(message);
 //!             }
 //!         }),
 //!     }
@@ -132,6 +132,7 @@ mod classify;
 mod crc;
 pub mod crsf;
 mod dialects;
+mod example;
 mod format_laws;
 pub mod gnss;
 mod hex;

@@ -138,7 +138,7 @@ impl Stream {
                     burst -= 1;
                     bytes.push(bursts.random());
                 } else if !(loses_length && place == protocol.length_at) {
-                    bytes.extend(line.carry(byte).into_iter().flatten());
+                    bytes.extend(line.carry(byte));
                 }
             }
             if bytes[begin..] == sent {

@@ -159,11 +159,16 @@ fn a_frame_of_300_bytes() {
         id: 2,
         payload: &[0xB5; 292],
     };
-    let mut longest = frame(&Ubx::<300>, message);
+    let longest = frame(&Ubx::<300>, message);
     assert_eq!(longest.len(), 300);
     keeps_the_laws(&Ubx::<300>, std::slice::from_ref(&longest));
-    let broken = check_laws(&Hasty, &mut longest).expect_err("it settles too soon");
+    let mut stream = longest.clone();
+    let broken = check_laws(&Hasty, &mut stream).expect_err("it settles too soon");
     assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
+    assert_eq!(
+        stream, longest,
+        "the stream is restored after an error, too"
+    );
 }
 
 /// Returns the frame with a signature and with the CRC that a signed frame has.

@@ -79,7 +79,7 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
         terminators => terminators.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         by_length => by_length.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         width => terminators.iter().map(|it| it.len()).max().unwrap_or(0),
-        has_others => terminators.iter().any(|it| it.len() != layout.terminator.length),
+        has_others => layout.other_terminators[0].length > 0,
         may_be_too_short => layout.sync.length + layout.terminator.length < layout.shortest,
         in_header => any_of(in_header.into_iter().map(wrong_bits)),
         in_frame => any_of(in_frame.into_iter().map(wrong_bits)),
@@ -116,7 +116,7 @@ pub(crate) fn program(layouts: &[CheckedLayout]) -> Value {
         .iter()
         .map(|layout| layout.longest)
         .max()
-        .unwrap_or_default();
+        .expect("a description has a kind");
     let is_window = match layouts {
         [only] => only.length == Length::Fixed && longest <= LONGEST_WINDOW,
         _ => false,
@@ -128,7 +128,7 @@ pub(crate) fn program(layouts: &[CheckedLayout]) -> Value {
         "uint16_t" => 0xFFFF,
         _ => 0x7FFF_FFFF_usize,
     };
-    let occurring: Vec<[bool; 7]> = layouts.iter().map(|it| occurring(it)).collect();
+    let occurring: Vec<[bool; 7]> = layouts.iter().map(|layout| occurring(layout)).collect();
     let occurs = |reason: usize| {
         occurring
             .iter()
@@ -146,7 +146,7 @@ pub(crate) fn program(layouts: &[CheckedLayout]) -> Value {
         is_window,
         most_room => greatest - longest,
         is_shared => (0..=u8::MAX).any(|byte| starts(byte) > 1),
-        has_tables => layouts.iter().any(|it| has_tables(it)),
+        has_tables => layouts.iter().any(|layout| has_tables(layout)),
         reasons => reasons.collect::<Vec<_>>(),
     }
 }

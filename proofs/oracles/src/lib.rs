@@ -27,7 +27,6 @@ mod outcome;
 mod parser;
 mod reader;
 mod stream;
-mod terminal;
 
 pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
@@ -40,7 +39,6 @@ pub use outcome::Occurred;
 pub use parser::parser;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
-pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::Counters;
@@ -50,8 +48,8 @@ use framelock::motion::FailsafeError;
 /// bytes are too few for an input.
 pub type Target = fn(&[u8], &mut Occurred);
 
-/// All targets by name, except `terminal` and `description`. These two targets need the code of the command line and of
-/// descriptions, so only the tests of the command line and of descriptions run them.
+/// All targets by name, except `description`. This target needs the code of descriptions, so only the tests of
+/// descriptions run it.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
         count_lines(bytes, parser, occurred);

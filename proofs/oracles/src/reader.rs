@@ -139,3 +139,70 @@ fn now<T>(future: impl Future<Output = T>) -> T {
         Poll::Pending => panic!("the driver was ready"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use framelock::{Found, Parser};
+
+    use super::*;
+
+    /// A receiver with a deliberate mistake: it finds every frame, but reports another reason for discarded bytes.
+    #[derive(Default, Debug)]
+    struct WrongReasons(Receiver<Bin>);
+
+    fn wrong<M>(found: Found<M>) -> Found<M> {
+        match found {
+            Found::Discarded { count, .. } => {
+                Found::discarded(count, DiscardReason::ChecksumMismatch)
+            }
+            Found::Frame { .. } => found,
+        }
+    }
+
+    impl Parser for WrongReasons {
+        type Message<'a> = Setpoint;
+
+        fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Setpoint> {
+            self.0.push_with(byte, |found| account(wrong(found)))
+        }
+
+        fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Setpoint>)) {
+            self.0.feed(bytes, |one| found(wrong(one)));
+        }
+
+        fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Setpoint>)) {
+            self.0.line_event(event, found);
+        }
+
+        fn pending(&self) -> usize {
+            self.0.pending()
+        }
+
+        fn reset(&mut self) {
+            self.0.reset();
+        }
+
+        fn next_with(
+            &mut self,
+            bytes: &mut &[u8],
+            mut account: impl FnMut(Found<()>),
+        ) -> Option<Setpoint> {
+            self.0.next_with(bytes, |found| account(wrong(found)))
+        }
+    }
+
+    const NOISE_AND_A_FRAME: &[u8] = b"?AB\0xyz\r";
+
+    #[test]
+    fn a_right_receiver_passes() {
+        let stream = Stream(vec![StreamStep::Slice(NOISE_AND_A_FRAME.to_vec())]);
+        check::<Receiver<Bin>, reference::Bin, 16>(&stream);
+    }
+
+    #[test]
+    #[should_panic(expected = "checksum_mismatch: 1")]
+    fn a_byte_that_is_counted_for_a_wrong_reason_is_a_bug() {
+        let stream = Stream(vec![StreamStep::Slice(NOISE_AND_A_FRAME.to_vec())]);
+        check::<WrongReasons, reference::Bin, 16>(&stream);
+    }
+}

@@ -430,6 +430,30 @@ mod tests {
     }
 
     #[test]
+    fn a_harness_is_proved_only_if_each_of_its_covers_is_satisfied() {
+        let mut harness = harness(1);
+        harness.covers.insert("another cover".to_owned());
+        let verdict = |satisfied: &[&str]| {
+            let covers = satisfied.iter().map(|cover| format!("{COVER}{cover}"));
+            let properties = covers.chain([END.to_owned()]).map(|description| {
+                format!(r#"{{"property":"f.assertion.1","description":"{description}","status":"FAILURE"}}"#)
+            });
+            let properties: Vec<String> = properties.collect();
+            let properties =
+                read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(","))).unwrap();
+            classify(&properties, &harness).0
+        };
+        assert_eq!(verdict(&["a cover", "another cover"]), Verdict::Proved);
+        for satisfied in [&["a cover"][..], &["another cover"], &[]] {
+            assert_eq!(
+                verdict(satisfied),
+                Verdict::CoverUnsatisfied,
+                "{satisfied:?}"
+            );
+        }
+    }
+
+    #[test]
     fn an_answer_without_properties_is_an_error_with_the_message_of_cbmc() {
         let answer = r#"[{"messageType":"ERROR","messageText":"out of memory"}]"#;
         let error = read(answer).map(|_| ()).expect_err("no properties");

@@ -24,14 +24,9 @@ pub fn is_refused_or_agrees(text: &str) -> Option<usize> {
         }
         Ok(_) => Some(0),
         Err(why) => {
-            let mut parts = why.split(':').skip(1).map(str::parse);
-            let place = (parts.next(), parts.next());
-            let (Some(Ok(line)), Some(Ok(column))) = place else {
-                panic!("{why}");
-            };
-            let line = text.split('\n').nth(line - 1).expect("that line is there");
-            let columns = 1..=line.chars().count() + 1;
-            assert!(columns.contains(&column), "{why}");
+            let line = text.split('\n').nth(why.line - 1);
+            let columns = 1..=line.expect("that line is there").chars().count() + 1;
+            assert!(columns.contains(&why.column), "{why}");
             None
         }
     }
@@ -57,14 +52,18 @@ pub fn agrees_with_the_reference(
         assert_eq!(shown, values(description, frame), "{text}\n{other:02X?}");
         *frame = other;
     }
-    let all: Vec<CheckedLayout> = description.kinds.iter().map(|kind| kind.layout).collect();
+    let all: Vec<CheckedLayout> = description
+        .kinds
+        .iter()
+        .map(|kind| *kind.layout())
+        .collect();
     let line = |bytes: &[u8], random: &mut ChaCha8Rng| {
         let idle = StreamStep::Event(LineEvent::Idle);
         Stream([cut(bytes, random), vec![idle]].concat())
     };
-    let clean = layouts(&format, &all, &line(&frames.concat(), random));
+    let clean = layouts(format, &all, &line(&frames.concat(), random));
     let delivered = (clean.frames as usize, clean.discarded.total());
     assert_eq!(delivered, (frames.len(), 0), "{text}");
-    layouts(&format, &all, &line(&faulty(&frames, random), random));
+    layouts(format, &all, &line(&faulty(&frames, random), random));
     frames.len()
 }

@@ -28,7 +28,7 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     if description.has_kinds() {
         row[0] = Some(kind.name_of(frame).into());
     }
-    for (field, content) in kind.shown(frame) {
+    for (field, content) in kind.values(frame) {
         let from = place(&field.name)
             .or(place(&format!("{}1", field.name)))
             .unwrap();
@@ -55,15 +55,15 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             .collect();
         let end = ends.choose(random).copied().unwrap_or(rest);
         let most = *[1, 3, u8::MAX].choose(random)?;
-        let content = kind.layout.header()..end;
+        let content = kind.layout().header()..end;
         let content: Vec<u8> = content.map(|_| random.random_range(0..=most)).collect();
-        let filled = frame(&kind.layout, &content, |count| {
+        let filled = frame(kind.layout(), &content, |count| {
             random.random_range(0..count)
         });
         let mut frame = filled.unwrap_or_else(|almost| almost);
         let (at, sign) = &shown.sign;
         frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
-        let is_sealed = kind.layout.seal(&mut frame) && description.is_frame(&frame);
+        let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
         let values = is_sealed.then(|| values(description, &frame))?;
         description.encode(&values).ok()
     });
@@ -72,7 +72,7 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
 
 /// Returns the frame, or the same frame with another terminator.
 pub fn with_any_end(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
-    let layout = &description.kinds[description.number(frame)].layout;
+    let layout = description.kinds[description.number(frame)].layout();
     let content = frame.len() - layout.terminator.length;
     let own = layout.terminator.length;
     let others: Vec<&[u8]> = layout
@@ -107,6 +107,8 @@ pub const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'text'"),
     (3, "type = 'bytes'\ncount = 3"),
     (3, "bits = 7\nbit = 3\ncount = 2"),
+    (3, "bits = 20\nbit = 3"),
+    (9, "bits = 33\nbit = 6\ncount = 2"),
     (1, "type = 'u8'\nvalue = 3"),
     (1, "type = 'u8'\nvalue = [0, 1, 2, 3]"),
     (2, "type = 'u16be'\nmask = 0x0FF0"),
@@ -206,6 +208,10 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
         at += length;
+        // A field that takes the rest of the frame is the last one, because fields may share bytes.
+        if rest == "type = 'bytes'" || rest == "type = 'text'" {
+            break;
+        }
     }
     text
 }

@@ -29,10 +29,10 @@ fn shipped_frames_come_out_and_their_values_make_them_again() {
         let frames: Vec<Vec<u8>> = (0..20)
             .flat_map(|_| frames(&description, &mut random))
             .collect();
-        for (number, shown) in description.shown().enumerate() {
+        for (number, shown) in description.kinds_and_views().enumerate() {
             let of_it = frames
                 .iter()
-                .filter(|it| description.shown_number(it) == number);
+                .filter(|it| description.view_number(it) == number);
             assert!(of_it.count() > 3, "{name}: {}", shown.name);
         }
         let frames: usize = (0..30)
@@ -58,7 +58,7 @@ fn shipped_frames_keep_the_laws() {
         bytes.push(bytes[0]);
         // Long streams would take too much time here. The reference above covers them.
         bytes.truncate(14);
-        check_laws(&description.format(), &mut bytes)
+        check_laws(description.format(), &mut bytes)
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
     }
 }
@@ -131,7 +131,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         if seed % 4 == 0 {
             let mut beginning: Vec<u8> = frames.concat();
             beginning.truncate(6);
-            check_laws(&description.format(), &mut beginning).unwrap();
+            check_laws(description.format(), &mut beginning).unwrap();
         }
     }
     assert!(with.iter().all(|(_, count)| *count > 5), "{with:#?}");
@@ -140,7 +140,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
     assert!(right > 200 && in_all > 5_000, "{right} {in_all}");
 }
 
-/// Runs the test of `cargo xtask fuzz description`.
+/// Runs the test of the fuzz target `description`.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fuzz/corpus/description");

@@ -5,6 +5,7 @@
     clippy::unwrap_used,
     clippy::indexing_slicing,
     clippy::doc_markdown,
+    clippy::too_many_lines,
     reason = "a panic fails the test"
 )]
 

@@ -13,7 +13,7 @@ use framelock_formats::{
 };
 
 /// Returns a layout without its CRC table, which does not affect the frames.
-fn plain(layout: &CheckedLayout<'static>) -> Layout<'static> {
+fn plain<'a>(layout: &CheckedLayout<'a>) -> Layout<'a> {
     let mut layout = layout.layout();
     if let Some(Checksum {
         algorithm: Algorithm::Crc(crc),
@@ -57,7 +57,7 @@ fn a_frame_is_described_once() {
             .find(|(shipped, _)| *shipped == name)
             .unwrap();
         let described = Description::parse(name, text).unwrap();
-        let described: Vec<_> = described.format().0.iter().map(plain).collect();
+        let described: Vec<_> = described.format().all().iter().map(plain).collect();
         let expected: Vec<_> = layouts.iter().map(plain).collect();
         assert_eq!(described, expected, "{name}");
     }

@@ -1,21 +1,23 @@
-//! The sender's output: payloads, and the sequence of frames that carry them.
+//! The frames that a sender sends: frames with a setpoint for the simulation, and example frames of any description.
+//! The layout of the description makes each frame from its payload.
 
 use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
-use framelock_receiving::FrameFormat;
-use rand::{Rng, RngCore};
+use framelock_description::{Description, Kind, Type};
+use framelock_receiving::Protocol;
+use rand::seq::IndexedRandom as _;
+use rand::{Rng, RngCore, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 
 use crate::motion::SmoothMotion;
-use crate::parameters::Parameters;
-use crate::random::{Purpose, Seed, whole};
+use crate::random::{Purpose, Seed};
 
 /// The contents of the four bytes between sync and terminator: reserved, pitch, roll, yaw.
 ///
-/// The text form is `motion`, `random`, `random:40-43`, `repeated`, `repeated:40-43`, `00414200`,
-/// `ambiguous` or `noise`.
+/// The text form is `motion`, `random`, `random:40-43`, `00414200`, `ambiguous` or `noise`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Payload {
     /// Smooth motion; the reserved byte is 0.
@@ -23,9 +25,6 @@ pub enum Payload {
     /// Random bytes from the first to the second value, both included. They are drawn for each
     /// frame.
     Random(u8, u8),
-    /// Random bytes from the first to the second value, both included. They are drawn once per
-    /// trial, so that all frames of a trial are the same.
-    Repeated(u8, u8),
     /// The same four bytes in every frame.
     Constant([u8; 4]),
     /// One of the 512 payloads of clause N2 in docs/protocol.md. The payload is drawn once per
@@ -47,7 +46,6 @@ impl FromStr for Payload {
         };
         let payload = match kind {
             "random" => bytes().map(|(from, to)| Self::Random(from, to)),
-            "repeated" => bytes().map(|(from, to)| Self::Repeated(from, to)),
             _ => match text {
                 "motion" => Some(Self::Motion),
                 "ambiguous" => Some(Self::Ambiguous),
@@ -56,9 +54,8 @@ impl FromStr for Payload {
             },
         };
         payload.context(
-            "expected one of these: motion, random, repeated, random:40-43 or repeated:40-43 \
-             (from one byte to another, in hexadecimal), 00414200 (the four payload bytes, in \
-             hexadecimal), ambiguous or noise",
+            "expected one of these: motion, random, random:40-43 (from one byte to another, in \
+             hexadecimal), 00414200 (the four payload bytes, in hexadecimal), ambiguous or noise",
         )
     }
 }
@@ -79,8 +76,6 @@ impl fmt::Display for Payload {
             Self::Motion => f.write_str("motion"),
             Self::Random(0x00, 0xFF) => f.write_str("random"),
             Self::Random(from, to) => write!(f, "random:{from:02X}-{to:02X}"),
-            Self::Repeated(0x00, 0xFF) => f.write_str("repeated"),
-            Self::Repeated(from, to) => write!(f, "repeated:{from:02X}-{to:02X}"),
             Self::Constant(bytes) => bytes.iter().try_for_each(|byte| write!(f, "{byte:02X}")),
             Self::Ambiguous => f.write_str("ambiguous"),
             Self::Noise => f.write_str("noise"),
@@ -98,15 +93,17 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// Creates a frame in this format with this payload.
+    /// Creates a frame with this payload.
+    ///
+    /// # Panics
+    /// Panics if the frames have no setpoints.
     #[must_use]
-    pub fn new(format: FrameFormat, payload: [u8; 4]) -> Self {
-        let [reserved, pitch, roll, yaw] = payload;
-        let mut bytes = vec![b'A', b'B', reserved, pitch, roll, yaw];
-        if format == FrameFormat::BinCrc8 {
-            bytes.push(framelock::motion::crc8(payload));
-        }
-        bytes.push(b'\r');
+    pub fn new(protocol: &Protocol, payload: [u8; 4]) -> Self {
+        let mut bytes = vec![0; protocol.longest()];
+        bytes[2..6].copy_from_slice(&payload);
+        let is_sealed = protocol.description.kinds[0].layout().seal(&mut bytes);
+        assert!(is_sealed, "a frame of setpoints may have any payload");
+        let [_, pitch, roll, yaw] = payload;
         Self {
             bytes,
             setpoint: Some(Setpoint { pitch, roll, yaw }),
@@ -114,17 +111,17 @@ impl Transmission {
     }
 }
 
-/// Returns an endless sequence of transmissions.
-pub(crate) fn frames(
-    parameters: &Parameters,
+/// Returns an endless sequence of transmissions. The frames must have setpoints. `slots_per_leg` is the number of
+/// frames that the motion takes from one point to the next.
+pub fn transmissions(
+    protocol: &Protocol,
+    payload: Payload,
     seed: Seed,
-) -> impl Iterator<Item = Transmission> + use<> {
-    let (format, payload) = (parameters.frame, parameters.payload);
+    slots_per_leg: u64,
+) -> impl Iterator<Item = Transmission> {
     let mut random = seed.random(Purpose::Sender);
-    // The motion takes two seconds from one point to the next.
-    let mut motion = SmoothMotion::new(seed, whole(2.0 * parameters.rate).max(1));
+    let mut motion = SmoothMotion::new(seed, slots_per_leg);
     let repeated = match payload {
-        Payload::Repeated(from, to) => [(); 4].map(|()| random.random_range(from..=to)),
         Payload::Constant(payload) => payload,
         Payload::Ambiguous => {
             let x = random.random();
@@ -146,14 +143,43 @@ pub(crate) fn frames(
             Payload::Noise => {
                 let bytes = random.next_u64().to_le_bytes().into_iter();
                 return Transmission {
-                    bytes: bytes.take(format.length()).collect(),
+                    bytes: bytes.take(protocol.longest()).collect(),
                     setpoint: None,
                 };
             }
-            Payload::Repeated(..) | Payload::Constant(_) | Payload::Ambiguous => repeated,
+            Payload::Constant(_) | Payload::Ambiguous => repeated,
         };
-        Transmission::new(format, payload)
+        Transmission::new(protocol, payload)
     })
+}
+
+/// Returns an endless sequence of example frames that alternate between all kinds of a description. Their bytes are
+/// random where the format allows any value. Leaves out a frame if no attempt makes one of its kind.
+pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Vec<u8>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    description.kinds.iter().cycle().filter_map(move |kind| {
+        // Many message types have only one valid length, so try several lengths until the format accepts a frame.
+        let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
+        frames.find(|frame| description.is_frame(frame))
+    })
+}
+
+/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
+/// if the layout cannot turn the bytes into a frame.
+fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let layout = kind.layout();
+    let mut fields = kind.fields.iter();
+    let takes_rest = fields.clone().any(|field| field.length().is_none());
+    let rest = random.random_range(0..=12 * usize::from(takes_rest));
+    let ends = fields.clone().filter_map(|field| field.end(rest));
+    let length = kind.least_length(ends).max(layout.shortest) + longer;
+    let is_text = fields.any(|field| field.kind == Type::Text);
+    let mut bytes = kind.content_bytes();
+    bytes.retain(|byte| !is_text || byte.is_ascii_uppercase());
+    let messages = layout.messages.map_or(&[][..], |messages| messages.known);
+    let message = messages.choose(random).map(|message| message.number);
+    let fill = |_| *bytes.choose(random).expect("the content has bytes");
+    kind.frame(length.min(layout.longest), message, fill)
 }
 
 #[cfg(test)]
@@ -168,8 +194,6 @@ mod tests {
             "motion",
             "random",
             "random:40-43",
-            "repeated",
-            "repeated:40-43",
             "00414200",
             "ambiguous",
             "noise",
@@ -186,9 +210,9 @@ mod tests {
             "0041420",
             "0041420000",
             "random:43-40",
-            "repeated:4-5",
             "noise:00-01",
             "+0041420",
+            "repeated",
             "random:+4-43",
             "ä0000000",
         ] {
