@@ -204,7 +204,7 @@ macro_rules! classify_by {
 
 /// Writes `parts` one after another to the front of `into`, and [seals](CheckedLayout::seal) them. Returns the frame.
 fn write<'b>(
-    layout: &CheckedLayout,
+    layout: &Layout,
     into: &'b mut [u8],
     parts: &[&[u8]],
 ) -> Result<&'b [u8], EncodeError> {
