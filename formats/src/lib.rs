@@ -135,7 +135,6 @@ mod dialects;
 mod example;
 mod format_laws;
 pub mod gnss;
-mod hex;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;

@@ -1,11 +1,8 @@
 //! MAVLink 1 and 2.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
 pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
-use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, FixedBits, KnownMessage, Layout, Length,
     LengthField, Messages, Number, Patterns, Trailer,
@@ -180,29 +177,6 @@ pub struct Signature<'a> {
     pub value: [u8; 6],
     /// All bytes of the frame that precede `value`.
     pub signed: &'a [u8],
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `message 30, sequence 7, system 1, component 1, signed: 00 10`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let signed = if self.signature.is_some() {
-            ", signed"
-        } else {
-            ""
-        };
-        let Self {
-            sequence,
-            system,
-            component,
-            id,
-            ..
-        } = self;
-        write!(
-            f,
-            "message {id}, sequence {sequence}, system {system}, component {component}"
-        )?;
-        write!(f, "{signed}{}", Hex(self.payload))
-    }
 }
 
 impl Format for Mavlink1<'_> {
