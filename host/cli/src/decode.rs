@@ -15,10 +15,9 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use serde::Serialize;
 
-use crate::frame_option::ProtocolParser;
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::options::whole;
+use crate::options::{ProtocolParser, whole};
 use crate::output::{Output, exit_code, note};
 use crate::process::{Timestamps, on_interrupt, time_of_day};
 use crate::serial::PortOptions;

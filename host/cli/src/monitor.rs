@@ -16,10 +16,9 @@ use framelock_description::text::harmless;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_simulation::LEVEL;
 
-use crate::frame_option::ProtocolParser;
 use crate::frame_writer::FrameWriter;
 use crate::input::{Arrival, Input, for_each_arrival};
-use crate::options::whole;
+use crate::options::{ProtocolParser, whole};
 use crate::output::Output;
 use crate::screen::{self, DRAW_EVERY, Screen, key_within};
 use crate::serial::{Device, PortOptions};
@@ -129,8 +128,8 @@ fn watch_live(session: &mut MonitorSession, input: Input<'static>) -> Result<()>
         let now = Instant::now();
         while now.elapsed() < LONGEST_CATCHING_UP {
             match arrivals.try_recv() {
-                Ok((at, news)) => {
-                    let at = at.saturating_duration_since(beginning);
+                Ok((instant, news)) => {
+                    let at = instant.saturating_duration_since(beginning);
                     match news {
                         News::Bytes(bytes) => session.receive(at, &bytes),
                         News::Gone(why) => session.lose_port(at, &why),

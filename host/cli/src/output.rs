@@ -145,8 +145,8 @@ fn failure(error: io::Error, name: &str) -> io::Error {
         ErrorKind::StorageFull => "; free some space there, or write to another disk",
         _ => "",
     };
-    let told = format!("cannot write to {name}: {error}{remedy}");
-    io::Error::new(error.kind(), told)
+    let message = format!("cannot write to {name}: {error}{remedy}");
+    io::Error::new(error.kind(), message)
 }
 
 /// Writes a message to standard error. Ignores errors, because standard error may be closed.

@@ -81,12 +81,14 @@ pub(crate) fn rows<'a>(
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
         let row = fields.and_then(|fields| {
-            let time = fields.time.as_ref().filter(|_| reads_times);
-            let time = time.map(seconds).transpose()?;
-            let frame = frame.description.encode(&fields.values);
-            let frame = frame.map_err(Error::msg)?;
+            let time_value = fields.time.as_ref().filter(|_| reads_times);
+            let time = time_value.map(seconds).transpose()?;
+            let bytes = frame
+                .description
+                .encode(&fields.values)
+                .map_err(Error::msg)?;
             check_order(before.as_ref(), time)?;
-            Ok(Row { time, frame })
+            Ok(Row { time, frame: bytes })
         });
         before = row.as_ref().ok().cloned();
         row.map_err(|problem| anyhow!("{name}: line {number}: {problem}"))
@@ -218,8 +220,8 @@ fn json_array<'a>(text: &str, columns: &'a [Column]) -> Vec<NumberedFields<'a>> 
 
 fn json_fields<'a>(text: &[u8], columns: &'a [Column]) -> Result<Fields<'a>> {
     if !text.starts_with(b"{") {
-        let example = columns.iter().take(3).zip(["127", "200", "74"]);
-        let example = example.map(|(column, value)| format!("\"{}\":{value}", column.name));
+        let pairs = columns.iter().zip(["127", "200", "74"]);
+        let example = pairs.map(|(column, value)| format!("\"{}\":{value}", column.name));
         bail!(
             "not a JSON object such as {{{}}}",
             example.collect::<Vec<_>>().join(",")
@@ -279,17 +281,14 @@ fn separated<'a>(
             if is_comment || record.iter().all(str::is_empty) {
                 continue;
             }
-            let names = match &header {
-                Some(names) => names,
-                None => {
-                    let (names, is_header) = column_names(&record, description, reads_times);
-                    let names = header.insert(names);
-                    if is_header {
-                        continue;
-                    }
-                    names
+            if header.is_none() {
+                let (names, is_header) = column_names(&record, description, reads_times);
+                header = Some(names);
+                if is_header {
+                    continue;
                 }
-            };
+            }
+            let names = header.as_ref().expect("the names are known");
             let fields = separated_fields(&record, names, description);
             return Ok(Some((reader.position().line() - 1, fields)));
         }

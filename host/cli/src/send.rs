@@ -13,14 +13,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
 use framelock_simulation::{Axis, Motion, Shape, check_rate, time_on_line};
 
-use crate::frame_option::ProtocolParser;
 use crate::input::Input;
-use crate::options::{number, setpoint, whole};
+use crate::options::{ProtocolParser, number, setpoint, whole};
 use crate::output::{Output, note};
 use crate::process::on_interrupt;
 use crate::serial::{self, LastingPort, PortOptions};
@@ -126,9 +125,9 @@ struct End {
 }
 
 /// Parses the address at which datagrams arrive.
-fn address(text: &str) -> Result<SocketAddr, String> {
+fn address(text: &str) -> Result<SocketAddr> {
     text.parse()
-        .map_err(|_| "expected an address and a port, for example 127.0.0.1:4123".into())
+        .context("expected an address and a port, for example 127.0.0.1:4123")
 }
 
 /// The default of `--rate`, in frames per second.

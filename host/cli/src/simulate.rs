@@ -5,8 +5,7 @@ use std::io::{self, BufWriter, Write};
 use anyhow::Result;
 use framelock_simulation::{Parameters, Payload, Protocol, ReceiverTally, Tally, run_all};
 
-use crate::frame_option::ProtocolParser;
-use crate::options::{number, probability, whole};
+use crate::options::{ProtocolParser, number, probability, whole};
 use crate::output::Output;
 
 const DEFAULT: Parameters = Parameters::DEFAULT;

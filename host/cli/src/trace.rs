@@ -10,8 +10,8 @@ use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
 use framelock_receiving::{Policy, Protocol};
 
-use crate::frame_option::ProtocolParser;
 use crate::input::{Input, Spelling, for_each_arrival};
+use crate::options::ProtocolParser;
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use traced::{Step, Traced, is_bin};
@@ -65,9 +65,10 @@ impl Machines {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
     fn print(self, protocol: &Protocol, input: Input, out: &mut impl Write) -> Result<()> {
-        let policies = self.policies(protocol).iter();
-        let machines = policies.map(|&policy| Traced::new(protocol, policy));
-        let mut machines = machines.collect::<Result<Vec<_>>>()?;
+        let mut machines = Vec::new();
+        for &policy in self.policies(protocol) {
+            machines.push(Traced::new(protocol, policy)?);
+        }
         writeln!(out, "offset  byte{}  what happened", machines[0].columns())?;
         out.flush()?;
         for_each_arrival(input, |arrival| {

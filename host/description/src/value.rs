@@ -49,7 +49,12 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
-            Self::Signed(number) => append_integer(*number, row),
+            Self::Signed(number) => {
+                if *number < 0 {
+                    row.push(b'-');
+                }
+                append_integer(number.unsigned_abs(), row);
+            }
             Self::Unsigned(number) => append_integer(*number, row),
         }
     }
@@ -77,28 +82,57 @@ impl Value<'_> {
     }
 }
 
+/// Appends a number. Most numbers in a frame have up to three digits, which a call of `memcpy` would slow down.
 #[inline]
-fn append_integer(number: impl itoa::Integer, row: &mut Vec<u8>) {
-    row.extend_from_slice(itoa::Buffer::new().format(number).as_bytes());
+fn append_integer(number: u64, row: &mut Vec<u8>) {
+    #[expect(clippy::cast_possible_truncation, reason = "a digit is below 10")]
+    let digit = |power: u64| b'0' + (number / power % 10) as u8;
+    match number {
+        0..10 => row.push(digit(1)),
+        10..100 => row.extend_from_slice(&[digit(10), digit(1)]),
+        100..1000 => row.extend_from_slice(&[digit(100), digit(10), digit(1)]),
+        _ => row.extend_from_slice(itoa::Buffer::new().format(number).as_bytes()),
+    }
 }
 
-/// Appends a number with `decimals` digits after the decimal point.
+/// The powers of ten with up to eighteen zeros.
+const POWERS: [u64; 19] = {
+    let mut powers = [1; 19];
+    let mut number = 1;
+    while number < powers.len() {
+        powers[number] = 10 * powers[number - 1];
+        number += 1;
+    }
+    powers
+};
+
+/// Appends a number with up to eighteen digits after the decimal point.
 fn append_decimal(number: i128, decimals: usize, row: &mut Vec<u8>) {
     if number < 0 {
         row.push(b'-');
     }
-    let mut buffer = itoa::Buffer::new();
-    let digits = match u64::try_from(number.unsigned_abs()) {
-        Ok(number) => buffer.format(number),
-        Err(_) => buffer.format(number.unsigned_abs()),
+    let unit = POWERS[decimals];
+    let mut fraction = if let Ok(digits) = u64::try_from(number.unsigned_abs()) {
+        append_integer(digits / unit, row);
+        digits % unit
+    } else {
+        let digits = number.unsigned_abs();
+        row.extend_from_slice(
+            itoa::Buffer::new()
+                .format(digits / u128::from(unit))
+                .as_bytes(),
+        );
+        u64::try_from(digits % u128::from(unit)).expect("the remainder is less than the unit")
     };
-    let whole = digits.len().saturating_sub(decimals);
-    let (before, after) = digits.as_bytes().split_at(whole);
-    row.extend_from_slice(if before.is_empty() { b"0" } else { before });
     if decimals > 0 {
         row.push(b'.');
-        row.resize(row.len() + decimals - after.len(), b'0');
-        row.extend_from_slice(after);
+        let mut place = row.len() + decimals;
+        row.resize(place, b'0');
+        while fraction > 0 {
+            place -= 1;
+            row[place] += u8::try_from(fraction % 10).expect("a digit is below 10");
+            fraction /= 10;
+        }
     }
 }
 

@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn each_fault_is_as_frequent_as_its_rate() {
-        assert_eq!(carried(0.0, 0.0, 1), [Some(0); 10_000]);
-        assert_eq!(carried(1.0, 0.0, 1), [None; 10_000]);
+        assert_eq!(carried(0.0, 0.0, 1), vec![Some(0); 10_000]);
+        assert_eq!(carried(1.0, 0.0, 1), vec![None; 10_000]);
         let is_flipped = |byte: &Option<u8>| byte.is_some_and(u8::is_power_of_two);
         assert!(carried(0.0, 1.0, 1).iter().all(is_flipped));
         let bytes = carried(0.1, 0.2, 1);

@@ -24,15 +24,16 @@ impl StationKind {
     /// receiver. Each receiver comes twice: first without an idle-gap rule, then with such a rule.
     #[must_use]
     pub fn all(protocol: &Protocol) -> Vec<Self> {
-        let policies = [Policy::Lecture, Policy::Framelock].into_iter();
-        let policies = policies.filter(|&policy| AnyLine::new(protocol, policy).is_ok());
-        let kinds = policies.flat_map(|policy| {
-            [false, true].map(|has_idle_gap| Self {
-                policy,
-                has_idle_gap,
-            })
-        });
-        kinds.collect()
+        let mut kinds = Vec::new();
+        for policy in [Policy::Lecture, Policy::Framelock] {
+            if AnyLine::new(protocol, policy).is_ok() {
+                kinds.extend([false, true].map(|has_idle_gap| Self {
+                    policy,
+                    has_idle_gap,
+                }));
+            }
+        }
+        kinds
     }
 }
 

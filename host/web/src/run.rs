@@ -131,7 +131,7 @@ impl Run {
 
     /// Returns the view at `position` as JSON, with the line's cells `from..to`.
     pub fn view(&self, position: usize, from: usize, to: usize) -> String {
-        self.seen(position, from..to).to_string()
+        self.json(position, from..to).to_string()
     }
 }
 

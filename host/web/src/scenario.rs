@@ -81,8 +81,8 @@ impl Scenario {
             "frame" => return Err("expected a frame's name, such as bin, crsf or own".to_owned()),
             "description" => {
                 let text = percent_decode_str(value).decode_utf8().ok();
-                let text = text.filter(|text| text.len() <= 1 << 14);
-                self.description = text
+                let short = text.filter(|text| text.len() <= 1 << 14);
+                self.description = short
                     .ok_or("expected a description of up to 16384 bytes")?
                     .into();
             }
@@ -99,8 +99,8 @@ impl Scenario {
                 self.own = own;
             }
             "edits" => {
-                let edits = value.split('.').filter(|edit| !edit.is_empty());
-                let edits = edits.map(edit).collect::<Option<_>>();
+                let texts = value.split('.').filter(|text| !text.is_empty());
+                let edits = texts.map(edit).collect::<Option<_>>();
                 self.edits = edits.ok_or("expected edits such as 21d.30f04.40i41")?;
             }
             "at" => self.at = number(value, 0..=usize::MAX)?,

@@ -136,7 +136,7 @@ mod tests {
         let sbus = recorded("sbus").repeat(20);
         let noise = (1..=255_u8).map(|byte| byte.wrapping_mul(77) ^ byte.wrapping_mul(byte));
         let noise: Vec<u8> = noise.collect();
-        for (frame, stream, told) in [
+        for (frame, stream, expected) in [
             ("bin", &text, "decimal text"),
             ("bin", &glued(&good).into_bytes(), "--input hex"),
             (
@@ -160,8 +160,8 @@ mod tests {
         ] {
             let (hint, _) = hint(frame, stream);
             assert!(
-                hint.as_ref().is_some_and(|hint| hint.contains(told)),
-                "{frame}, {told}: {hint:?}"
+                hint.as_ref().is_some_and(|hint| hint.contains(expected)),
+                "{frame}, {expected}: {hint:?}"
             );
         }
     }

@@ -13,7 +13,7 @@ use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use super::session::MonitorSession;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
-use crate::view_parts::{BLUE, RowsLeft, STATES, VERMILLION, bar, emphasised, phase_style};
+use crate::view_parts::{BLUE, STATES, VERMILLION, bar, emphasised, phase_style};
 
 const TITLE_ROWS: u16 = 2;
 const BOX_ROWS: u16 = 9;
@@ -25,16 +25,21 @@ const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 /// Draws the view.
 pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     let area = frame.area();
-    let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
     let has_setpoints = session.displayed().frame.protocol.has_setpoints();
-    let (box_rows, discarded) = if has_setpoints {
-        (BOX_ROWS, rows_left.all_of(DISCARDED_ROWS))
-    } else {
-        // There may be many fields, so they get the free rows.
-        let discarded = rows_left.exactly(DISCARDED_ROWS);
-        (BOX_ROWS + rows_left.all_of(0), discarded)
+    let free = area.height.saturating_sub(TITLE_ROWS + BOX_ROWS + KEY_ROWS);
+    let discarded_rows = match free {
+        ..DISCARDED_ROWS => 0,
+        _ if has_setpoints => free,
+        _ => DISCARDED_ROWS,
     };
-    let heights = [TITLE_ROWS, box_rows, discarded, KEY_ROWS];
+    // There may be many fields, so they get the free rows.
+    let box_rows = BOX_ROWS
+        + if has_setpoints {
+            0
+        } else {
+            free - discarded_rows
+        };
+    let heights = [TITLE_ROWS, box_rows, discarded_rows, KEY_ROWS];
     let [title, boxes, discarded, keys] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
     let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(boxes);
@@ -107,7 +112,7 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let bar_width = width.saturating_sub(6 + 12);
     let mut lines = Vec::new();
     for (axis, (name, output)) in AXES.into_iter().zip(axes).enumerate() {
-        let demand = demands.and_then(|axes| axes.get(axis).copied());
+        let demand = demands.map(|axes| axes[axis]);
         let sent = demand.map_or("--".to_owned(), |demand| demand.to_string());
         let mut line = Line::from(format!("{name:<6}"));
         line.extend(bar(demand.unwrap_or(0), Some(output), bar_width));

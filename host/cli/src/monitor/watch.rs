@@ -113,8 +113,8 @@ impl Watch {
             self.next_sample += SAMPLE_EVERY;
         }
         self.now.at = now;
-        let last = self.heard_at.unwrap_or_default();
-        if !self.is_idle && self.idle_gap.is_some_and(|gap| now > last + gap) {
+        let ends_gap = |gap| self.heard_at.is_some_and(|last| now > last + gap);
+        if !self.is_idle && self.idle_gap.is_some_and(ends_gap) {
             self.is_idle = true;
             let pieces = self.line.line_event(LineEvent::Idle);
             self.settle(pieces);

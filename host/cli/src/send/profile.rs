@@ -24,7 +24,7 @@ impl Profile {
         let Some(first) = rows.first() else {
             bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
         };
-        let first = first.time.unwrap_or_default();
+        let first = first.time.unwrap_or(Duration::ZERO);
         let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
         Ok(Self {
             times: times.collect(),

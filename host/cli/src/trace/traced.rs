@@ -112,12 +112,12 @@ impl Traced {
             ),
             None => format!("  {:>7}", step.after),
         };
-        let happened = self.happened(step).into_iter();
-        let happened: Vec<String> = happened.map(|what| format!("  {what}")).collect();
-        let happened = happened.join(GOES_ON);
+        let events = self.happened(step).into_iter();
+        let events: Vec<String> = events.map(|event| format!("  {event}")).collect();
         format!(
-            "{offset:>6}  {byte:02X} {:<3}{columns}{happened}",
-            character(byte)
+            "{offset:>6}  {byte:02X} {:<3}{columns}{}",
+            character(byte),
+            events.join(GOES_ON)
         )
     }
 
@@ -157,8 +157,8 @@ impl Traced {
             ("broken sync", discarded.broken_sync),
             ("no CR", discarded.wrong_terminator),
         ];
-        let reasons = reasons.iter().filter(|(_, count)| *count > 0);
-        let reasons = reasons.map(|(why, count)| format!("; {why}: {count}"));
+        let counted = reasons.iter().filter(|(_, count)| *count > 0);
+        let reason_counts = counted.map(|(why, count)| format!("; {why}: {count}"));
         format!(
             "{:<11}{bytes} byte{} = {} x {} committed + {} discarded + {pending} pending\n{:11}SP={}{}",
             format!("{policy}:"),
@@ -168,7 +168,7 @@ impl Traced {
             discarded.total(),
             "",
             in_brackets(bin.axes()),
-            reasons.collect::<String>(),
+            reason_counts.collect::<String>(),
         )
     }
 }

@@ -205,14 +205,14 @@ fn sent_frames_are_watched_over_a_serial_line() {
     });
     let mut monitor = AtTerminal::monitor(&[&monitor_port], "", directory);
     monitor.wait_for("help");
-    let mut send = framelock(&[
+    let mut sender = framelock(&[
         "send",
         &sender_port,
         "--profile=profile.csv",
         "--no-park",
         "--rate=1000",
     ]);
-    let sent = send.current_dir(directory).run_to_end(b"").unwrap();
+    let sent = sender.current_dir(directory).run_to_end(b"").unwrap();
     assert!(sent.status.success(), "{sent:?}");
     let _ends = cable.join().unwrap();
     // A second after the last byte, the line counts as silent.

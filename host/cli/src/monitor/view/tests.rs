@@ -4,13 +4,11 @@
     reason = "a panic fails the test"
 )]
 
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-
 use super::super::session::MonitorSession;
 use super::super::session::tests::session;
 use super::super::watch::tests::{FRAME, ms};
 use super::*;
+use crate::view_parts;
 
 /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
 /// four bytes of a frame.
@@ -27,13 +25,7 @@ fn watched(with_marks: bool) -> MonitorSession {
 
 /// Returns the rows of the screen as text.
 fn screen(session: &mut MonitorSession, width: u16, height: u16) -> Vec<String> {
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    terminal.draw(|frame| draw(frame, session)).unwrap();
-    let buffer = terminal.backend().buffer();
-    let cells = buffer.content().chunks(usize::from(width).max(1));
-    cells
-        .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
-        .collect()
+    view_parts::tests::screen(width, height, |frame| draw(frame, session))
 }
 
 /// Checks the rows of the screen. Each line of `expected` has the number of a row and a text that the row must contain.
