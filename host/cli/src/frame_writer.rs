@@ -99,7 +99,10 @@ impl FrameWriter {
         let description = &self.protocol.description;
         for name in names {
             let is_equal = |own: &str| own.eq_ignore_ascii_case(name);
-            if !description.kinds_and_views().any(|kind| kind.has_name(is_equal)) {
+            if !description
+                .kinds_and_views()
+                .any(|kind| kind.has_name(is_equal))
+            {
                 bail!(
                     "--only {name}: {}",
                     UnknownName::new(name, description.kind_names())
@@ -113,7 +116,11 @@ impl FrameWriter {
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.kinds_and_views().filter(|kind| kind.has_name(&is_wanted));
+        let wanted = || {
+            description
+                .kinds_and_views()
+                .filter(|kind| kind.has_name(&is_wanted))
+        };
         self.columns.retain(|column| {
             let has_name = |field: &Field| field.name == *field_name(column);
             column.name == KIND || wanted().any(|kind| kind.varying_fields().any(has_name))

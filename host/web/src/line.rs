@@ -95,7 +95,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
     let mut cells: Vec<Cell> = cells.collect();
-    let mut receiver = AnyLine::new(protocol, Policy::Framelock).map_err(|error| error.to_string())?;
+    let mut receiver =
+        AnyLine::new(protocol, Policy::Framelock).map_err(|error| error.to_string())?;
     let mut decided = 0;
     let mut on_outcome = |found: Found<&[u8]>| {
         decided += found.bytes();

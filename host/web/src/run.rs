@@ -60,7 +60,8 @@ impl Run {
         let protocol = scenario.protocol()?;
         // The lecture's machine does not receive all frames.
         let lecture = AnyLine::new(&protocol, Policy::Lecture).ok();
-        let framelock = AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())?;
+        let framelock =
+            AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())?;
         let lines = lecture.into_iter().chain([framelock]);
         let machines = lines.map(|line| Machine::new(line, protocol.clone()));
         let mut state = State {

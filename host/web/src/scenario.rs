@@ -122,7 +122,12 @@ where
 /// Parses a description of frames. An error begins with the line and column of the mistake.
 pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
     Protocol::described(name, text.to_owned()).map_err(|problem| {
-        let Problem { line, column, mistake, .. } = problem;
+        let Problem {
+            line,
+            column,
+            mistake,
+            ..
+        } = problem;
         format!("Line {line}, column {column}: {mistake}")
     })
 }

@@ -97,7 +97,8 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
         vec![json!(crsf.counters())]
     } else if address.contains("frame=own") {
         let motor = Description::parse("motor.toml", MOTOR).unwrap();
-        let mut own = Line::new(BufferedReceiver::with_buffer(motor.format().clone(), [0; 42]).unwrap());
+        let mut own =
+            Line::new(BufferedReceiver::with_buffer(motor.format().clone(), [0; 42]).unwrap());
         own.feed(bytes, |_| ());
         vec![json!(own.counters())]
     } else {
