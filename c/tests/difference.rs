@@ -10,15 +10,15 @@ use std::process::Command;
 use framelock::motion::Bin;
 use framelock::{BufferedReceiver, Counters, Format, Line, LineEvent, Receiver};
 use framelock_description::{Description, Layouts, SHIPPED};
-
+use framelock_description_oracles as drawn;
 use framelock_generate::{CrcTable, c};
+use framelock_oracles::broken;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::compilers::{CLANG, CLANGXX, Compiler, GCC, beside, succeeds};
-use crate::drawn;
 
 const EVENTS: [LineEvent; 5] = [
     LineEvent::Framing,
@@ -421,12 +421,8 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         let change = random.random_range(0..24);
         changes[change] += 1;
         match change {
-            0 => piece[at] ^= 1 << random.random_range(0..8),
-            1 => piece[at] = random.random(),
-            2 => drop(piece.remove(at)),
-            3 => piece.insert(at, random.random()),
-            4 => piece.truncate(at),
-            5 => drop(piece.drain(..at)),
+            0..5 => piece = broken(&piece, |count| random.random_range(0..count)),
+            5 => piece[at] = random.random(),
             6 => {
                 piece = (0..random.random_range(0..20))
                     .map(|_| random.random())
@@ -446,7 +442,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             _ => {}
         }
         count += piece.len();
-        if random.random_range(0..8) == 0 {
+        if random.random_range(0..4) == 0 {
             let most = if random.random() { 16 } else { 255 };
             for chunk in piece.chunks(random.random_range(1..=piece.len().clamp(1, most))) {
                 slices.insert(chunk.len());

@@ -9,13 +9,14 @@ use std::process::Command;
 
 use framelock::{BufferedReceiver, Format};
 use framelock_description::{Description, Field, SHIPPED, Value};
+use framelock_description_oracles as drawn;
 use framelock_generate::{CrcTable, c, rust};
-use rand::{Rng, SeedableRng};
+use framelock_oracles::faulty;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::compilers::{CLANGXX, GCC, assert_same, beside, succeeds};
-use crate::drawn;
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
@@ -79,17 +80,8 @@ impl Case {
             for frame in &mut frames {
                 *frame = drawn::with_any_end(&description, frame, random);
             }
-            stream.extend(drawn::noisy(&frames, random));
+            stream.extend(faulty(&frames, random));
         }
-        let faulty = stream
-            .into_iter()
-            .flat_map(|byte| match random.random_range(0..300) {
-                0 => vec![],
-                1 => vec![byte ^ 1 << random.random_range(0..8)],
-                2 => vec![byte, random.random()],
-                _ => vec![byte],
-            });
-        let stream: Vec<u8> = faulty.collect();
         assert!(!stream.is_empty(), "no frames of {name}:\n{text}");
         let expected = expected(name, &description, &stream);
         Self {

@@ -1,17 +1,18 @@
 //! Checks the formats against independent crates. Each side must decode the other side's frames to the same values.
 
-use framelock::EncodeInto;
+use framelock::{Encode as _, EncodeInto, Receiver};
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
     crsf::{Crsf, Message as CrsfMessage},
     ibus::Ibus,
     mavlink::{self, Mavlink1, Mavlink2},
+    motion::SixAxes,
     rtcm::{self, Rtcm},
     sbus::{self, Sbus},
     ubx::{self, Ubx},
 };
 use mavlink_core::error::ParserError;
-use mavlink_core::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
+use mavlink_core::{MAVLinkV1MessageRaw, MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
 use proptest::prelude::*;
 use sha2::Digest as _;
 use ublox::proto23::{PacketRef, Proto23};
@@ -365,4 +366,91 @@ fn rtcm_numbers_are_the_first_twelve_bits() {
         rtcm::Message { payload }.number()
     });
     assert_eq!(numbers, [None, None, Some(1077), Some(1077)]);
+}
+
+/// SBUS2's last bytes are those of its telemetry slots.
+#[test]
+fn sbus_with_each_last_byte() {
+    for (flags, last) in
+        (0..=u8::MAX)
+            .map(|byte| (0, byte))
+            .chain([(0x0F, 0), (0x10, 0), (0x80, 0)])
+    {
+        let mut frame = frame(&Sbus, sbus::Message::default());
+        [frame[23], frame[24]] = [flags, last];
+        let mut parser = uf_sbus::SbusParser::new();
+        let theirs = frame.iter().find_map(|&byte| parser.push_byte(byte));
+        let mut received = 0;
+        receive::<_, 25>(Sbus, &frame, |_| received += 1);
+        let is_right = theirs.expect("25 bytes").is_ok();
+        assert_eq!(received, u8::from(is_right), "{flags:02X} {last:02X}");
+    }
+}
+
+#[test]
+fn crsf_from_each_device() {
+    use uf_crsf::PacketAddress::{
+        Broadcast, FlightController, Gps, Handset, Receiver, Transmitter, Usb,
+    };
+    let packet = uf_crsf::packets::RcChannelsPacked([992; 16]);
+    let accepted = [Broadcast, FlightController, Handset, Receiver, Transmitter].map(|it| (it, 1));
+    for (address, delivered) in accepted.into_iter().chain([(Gps, 0), (Usb, 0)]) {
+        let mut frame = [0; 64];
+        let length =
+            uf_crsf::write_packet_to_buffer(&mut frame, address, &packet).expect("there is room");
+        let mut received = 0;
+        receive::<_, 64>(Crsf, &frame[..length], |_| received += 1);
+        assert_eq!(received, delivered, "{address:?}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn mavlink1([sequence, system, component]: [u8; 3], payload in prop::collection::vec(any::<u8>(), 28)) {
+        let sent = mavlink::Message {
+            sequence, system, component, id: 30, payload: &payload, signature: None,
+        };
+        let frame = frame(&Mavlink1(DIALECT), sent);
+        let padded = [&frame[..], &[0; 300]].concat();
+        let theirs = MAVLinkV1MessageRaw::from_bytes_unparsed(*padded.first_chunk().expect("long enough"));
+        prop_assert!(theirs.has_valid_crc_with_extra_crc(39));
+        prop_assert_eq!(theirs.raw_bytes(), &frame[..]);
+        let numbers = [theirs.sequence(), theirs.system_id(), theirs.component_id(), theirs.message_id()];
+        prop_assert_eq!(numbers, [sequence, system, component, 30]);
+        prop_assert_eq!(theirs.payload(), &payload[..]);
+        receive_one::<_, 263>(Mavlink1(DIALECT), &frame, |message| assert_eq!(message, sent));
+    }
+
+    /// The catalogue's name for RTCM's CRC is CRC-24/LTE-A.
+    #[test]
+    fn rtcm(payload in prop::collection::vec(any::<u8>(), 0..=290)) {
+        let sent = rtcm::Message { payload: &payload };
+        let frame = frame(&Rtcm, sent);
+        let [_, crc @ ..] = crc::Crc::<u32>::new(&crc::CRC_24_LTE_A).checksum(&frame[..frame.len() - 3]).to_be_bytes();
+        prop_assert_eq!(&frame[frame.len() - 3..], crc);
+        receive_one::<_, 1029>(Rtcm, &frame, |message| assert_eq!(message, sent));
+    }
+}
+
+/// Message 1005, the example of the standard.
+#[test]
+fn rtcm_by_the_standard() {
+    let frame = b"\xD3\0\x13\x3E\xD7\xD3\x02\x02\x98\x0E\xDE\xEF\x34\xB4\xBD\x62\xAC\x09\x41\x98\x6F\x33\x36\x0B\x98";
+    receive_one::<_, 1029>(Rtcm, frame, |message| {
+        assert_eq!(
+            (message.number(), message.payload),
+            (Some(1005), &frame[3..22])
+        );
+    });
+}
+
+/// No other project has this frame, so its bytes are written by hand.
+#[test]
+fn six_axes() {
+    let frame = *b"\xFF\xFF\x01\0\x02\x01\xFF\xFF\0\x80\x0A\x0D\x0D\x0A\x0A\x0D";
+    let axes = [1, 0x0102, 0xFFFF, 0x8000, 0x0D0A, 0x0A0D];
+    assert_eq!(SixAxes::encode(axes), frame);
+    let mut receiver = Receiver::<SixAxes>::new();
+    let received = frame.iter().find_map(|&byte| receiver.push(byte));
+    assert_eq!(received, Some(axes));
 }

@@ -1,83 +1,145 @@
 //! Target `formats`: frames of a shipped format on a line with faults and line events. The stream
 //! is cut into slices anywhere.
 
+use std::fmt::Debug;
+
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Classification, Counters, FixedFormat, Format, Found, LineEvent, Receiver};
-use framelock_formats::{
-    classify_by,
-    crsf::Crsf,
-    ibus::Ibus,
-    mavlink::{Mavlink1, Mavlink2},
-    motion::{SIX_AXES, SixAxes},
-    nmea::Nmea,
-    rtcm::Rtcm,
-    sbus::Sbus,
-    ubx::Ubx,
-};
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{Counters, FixedFormat, Format, Found, LineEvent, Receiver};
+use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
+use framelock_formats::motion::{BIN, BIN_CRC8, SIX_AXES, SixAxes};
+use framelock_formats::{AnyOf, crsf, gnss, ibus, mavlink, nmea, rtcm, sbus, ubx};
 use framelock_proofs::reference::framed;
 
-use crate::framing::{Frames, as_the_reference};
-use crate::protocol::{DIALECT, Protocol};
-use crate::rest;
+use crate::layout::{Interpreted, layouts};
 use crate::stream::{Stream, StreamStep};
+use crate::{broken, frame, rest};
 
-/// A format, and the steps of the stream that its receivers get.
-#[derive(Clone, PartialEq, Eq, Debug)]
+/// A shipped format.
+#[derive(Debug)]
+pub struct ShippedFormat {
+    /// The format's name.
+    pub name: &'static str,
+    /// The layouts of its frames.
+    pub layouts: &'static [CheckedLayout<'static>],
+    /// Checks that the format's receivers report the same as the reference with the [interpreter](crate::interpret).
+    /// Returns the receivers' counters, and panics if the stream shows a bug.
+    pub check: fn(&Self, &Stream) -> Counters,
+}
+
+/// HEARTBEAT, ATTITUDE, and two messages whose payloads may have 255 bytes, the most possible.
+const DIALECT: &[KnownMessage] = &[
+    KnownMessage::with_extra(0, 50, 9),
+    KnownMessage::with_extra(0x03, 7, 255),
+    KnownMessage::with_extra(30, 39, 28),
+    KnownMessage::with_extra(0x01_02_03, 7, 255),
+];
+
+const fn ubx(longest: usize) -> CheckedLayout<'static> {
+    Layout {
+        longest,
+        ..ubx::LAYOUT.layout()
+    }
+    .checked()
+}
+
+macro_rules! shipped {
+    ($($name:literal, [$($layout:expr),*], $check:expr;)*) => {
+        &[$(ShippedFormat {
+            name: $name,
+            layouts: &[$($layout),*],
+            check: |shipped, stream| $check(shipped.layouts, stream),
+        }),*]
+    };
+}
+
+fn by<F: Format + Copy + 'static>(format: F) -> impl Fn(&[CheckedLayout], &Stream) -> Counters {
+    move |all, stream| layouts(&format, all, stream)
+}
+
+/// The shipped formats.
+pub const FORMATS: &[ShippedFormat] = shipped! {
+    "SBUS", [sbus::LAYOUT], by(sbus::Sbus);
+    "iBUS", [ibus::LAYOUT], by(ibus::Ibus);
+    "CRSF", [crsf::LAYOUT], by(crsf::Crsf);
+    "UBX", [ubx(64)], by(ubx::Ubx::<64>);
+    "MAVLink 2", [mavlink::layout_v2(DIALECT)], by(mavlink::Mavlink2(DIALECT));
+    "six axes", [SIX_AXES], fixed::<SixAxes>;
+    "MAVLink 1", [mavlink::layout_v1(DIALECT)], by(mavlink::Mavlink1(DIALECT));
+    "NMEA", [nmea::LAYOUT], by(nmea::Nmea);
+    "RTCM", [rtcm::LAYOUT], by(rtcm::Rtcm);
+    "BIN", [BIN], fixed::<Bin>;
+    "BIN-CRC8", [BIN_CRC8], fixed::<BinCrc8>;
+    "GNSS", [ubx(1100), nmea::LAYOUT, rtcm::LAYOUT], by(gnss::Gnss::<1100>);
+};
+
+/// Checks that the small [`Receiver`] finds the same frames as the reference, at the same positions. Then checks
+/// receivers of the layout.
+fn fixed<F>(all: &'static [CheckedLayout<'static>], stream: &Stream) -> Counters
+where
+    F: FixedFormat<Message: PartialEq + Debug, Frame: for<'a> TryFrom<&'a [u8], Error: Debug>>,
+{
+    for bytes in stream.stretches() {
+        let mut expected = Vec::new();
+        framed(&Interpreted(all), &bytes, Some(LineEvent::Idle), |found| {
+            if let Found::Frame {
+                length, message, ..
+            } = found
+            {
+                let end = message + length;
+                let frame = F::Frame::try_from(&bytes[message..end]).expect("a whole frame");
+                expected.push((end, F::decode(frame)));
+            }
+        });
+        let (mut found, mut end) = (Vec::new(), 0);
+        Receiver::<F>::new().feed(&bytes, |one| {
+            end += one.bytes();
+            found.extend(one.message().map(|message| (end, message)));
+        });
+        assert_eq!(found, expected, "{bytes:02X?}");
+    }
+    layouts(&AnyOf(all), all, stream)
+}
+
+/// A format, and the stream that its receivers get.
+#[derive(Debug)]
 pub struct FormatLine {
     /// The format.
-    pub protocol: Protocol,
-    /// The steps in order.
-    pub steps: Vec<FormatStep>,
-}
-
-/// One step of a stream.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum FormatStep {
-    /// These bytes, in one slice.
-    Slice(Vec<u8>),
-    /// A frame that is made from these bytes, in slices of this size. If there is a [`Fault`], one byte is wrong or
-    /// lost.
-    Frame(Vec<u8>, Option<Fault>, u8),
-    /// A line event.
-    Silence,
-}
-
-/// A fault in one byte of a frame.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Fault {
-    /// The byte's position, modulo the frame's length.
-    pub place: u8,
-    /// The mask of the bits to invert. If the mask is 0, the byte is lost instead.
-    pub inverted: u8,
+    pub format: &'static ShippedFormat,
+    /// The stream.
+    pub stream: Stream,
 }
 
 impl<'a> Arbitrary<'a> for FormatLine {
+    /// The first byte determines the format.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
-        let protocol = match u8::arbitrary(u)? % 9 {
-            0 => Protocol::Sbus,
-            1 => Protocol::Ibus,
-            2 => Protocol::Crsf,
-            3 => Protocol::Ubx,
-            4 => Protocol::Mavlink2,
-            5 => Protocol::SixAxes,
-            6 => Protocol::Mavlink1,
-            7 => Protocol::Nmea,
-            _ => Protocol::Rtcm,
-        };
+        let format = &FORMATS[usize::from(u8::arbitrary(u)?) % FORMATS.len()];
+        let steps: Vec<Step> = rest(u);
+        let steps = steps.iter().flat_map(|step| step.of(format.layouts));
         Ok(Self {
-            protocol,
-            steps: rest(u),
+            format,
+            stream: Stream(steps.collect()),
         })
     }
 }
 
-impl<'a> Arbitrary<'a> for FormatStep {
+/// One step of a stream.
+enum Step {
+    /// These bytes, in one slice.
+    Slice(Vec<u8>),
+    /// A frame with this content, in slices of this size. If there is a fault, its two bytes choose it.
+    Frame(Vec<u8>, Option<[u8; 2]>, u8),
+    /// A line event.
+    Silence,
+}
+
+impl<'a> Arbitrary<'a> for Step {
     /// The first byte modulo 4 determines the step:
     ///
     /// * 0: a slice. The next byte is its length.
     /// * 1: a frame. The next byte is the number of bytes from which the frame is made. The first byte divided by 4 is
     ///   the size of the slices.
-    /// * 2: a frame as in case 1, followed by the position and the mask of a fault.
+    /// * 2: a frame as in case 1, followed by the position and the sort of a fault.
     /// * 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
@@ -89,140 +151,43 @@ impl<'a> Arbitrary<'a> for FormatStep {
         Ok(match first % 4 {
             0 => Self::Slice(bytes),
             1 => Self::Frame(bytes, None, first / 4),
-            _ => {
-                let [place, inverted] = u.arbitrary()?;
-                Self::Frame(bytes, Some(Fault { place, inverted }), first / 4)
-            }
+            _ => Self::Frame(bytes, Some(u.arbitrary()?), first / 4),
         })
     }
 }
 
-/// Checks that the receiver reports the same frames and discarded bytes as the reference, both with pushed bytes and
-/// with fed slices. The format must find frames at exactly those positions of the stream at which the independent
-/// definition in `protocol.rs` finds frames.
-///
-/// Returns the receiver's counters.
+impl Step {
+    fn of(&self, layouts: &[CheckedLayout]) -> Vec<StreamStep> {
+        match self {
+            Self::Slice(bytes) => vec![StreamStep::Slice(bytes.clone())],
+            Self::Frame(content, fault, size) => {
+                // The content also chooses the layout and the other parts of the frame.
+                let layout = &layouts[content.len() % layouts.len()];
+                let frame = frame(layout, content, chosen_by(content));
+                let mut bytes = frame.unwrap_or_else(|almost| almost);
+                if let &Some([place, sort]) = fault {
+                    bytes = broken(&bytes, chosen_by(&[place, sort, sort / 6]));
+                }
+                let slices = bytes.chunks(usize::from(*size).max(1));
+                slices
+                    .map(|slice| StreamStep::Slice(slice.to_vec()))
+                    .collect()
+            }
+            Self::Silence => vec![StreamStep::Event(LineEvent::Idle)],
+        }
+    }
+}
+
+/// Returns a function that chooses by one byte after another, and 0 after the last byte.
+fn chosen_by(bytes: &[u8]) -> impl FnMut(usize) -> usize {
+    let mut bytes = bytes.iter();
+    move |count| bytes.next().map_or(0, |byte| usize::from(*byte) % count)
+}
+
+/// Runs the [check](ShippedFormat::check) of the line's format. Returns the receiver's counters.
 ///
 /// # Panics
 /// Panics if the line shows a bug.
 pub fn formats(line: &FormatLine) -> Counters {
-    let steps = &line.steps;
-    match line.protocol {
-        Protocol::Sbus => check::<_, 25>(Sbus, Protocol::Sbus, steps),
-        Protocol::Ibus => check::<_, 32>(Ibus, Protocol::Ibus, steps),
-        Protocol::Crsf => check::<_, 64>(Crsf, Protocol::Crsf, steps),
-        Protocol::Ubx => check::<_, 100>(Ubx::<64>, Protocol::Ubx, steps),
-        Protocol::Mavlink1 => check::<_, 263>(Mavlink1(DIALECT), Protocol::Mavlink1, steps),
-        Protocol::Mavlink2 => check::<_, 280>(Mavlink2(DIALECT), Protocol::Mavlink2, steps),
-        Protocol::Nmea => check::<_, 515>(Nmea, Protocol::Nmea, steps),
-        Protocol::Rtcm => check::<_, 1029>(Rtcm, Protocol::Rtcm, steps),
-        Protocol::SixAxes => {
-            six_axes_by_the_small_receiver(steps);
-            check::<_, 16>(SixAxesByLayout, Protocol::SixAxes, steps)
-        }
-    }
-}
-
-fn check<F: Format + Copy + 'static, const N: usize>(
-    format: F,
-    protocol: Protocol,
-    steps: &[FormatStep],
-) -> Counters {
-    let mut stream = Vec::new();
-    for step in steps {
-        stream.extend(step.slices(protocol).into_iter().map(StreamStep::Slice));
-        match step {
-            FormatStep::Silence => stream.push(StreamStep::Event(LineEvent::Idle)),
-            FormatStep::Frame(bytes, ..) => protocol.seals_again(&protocol.frame(bytes)),
-            FormatStep::Slice(_) => {}
-        }
-    }
-    for stretch in stretches(steps, protocol) {
-        begins_where_the_protocol_says(&format, protocol, &stretch);
-    }
-    as_the_reference::<_, N>(|| Frames(format), &format, &Stream(stream), || 0)
-}
-
-/// Returns the bytes between one silence and the next, for each part of the stream.
-fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = Vec<u8>> {
-    let stretches = steps.split(|step| *step == FormatStep::Silence);
-    stretches.map(move |steps| {
-        let slices = steps.iter().flat_map(|step| step.slices(protocol));
-        slices.flatten().collect()
-    })
-}
-
-/// Checks that the small [`Receiver`](framelock::Receiver) finds the same frames as the reference, at the same
-/// positions.
-fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
-    for bytes in stretches(steps, Protocol::SixAxes) {
-        let mut expected = Vec::new();
-        framed(&SixAxesByLayout, &bytes, Some(LineEvent::Idle), |found| {
-            if let Found::Frame {
-                length, message, ..
-            } = found
-            {
-                let end = message + length;
-                expected.push((end - 1, SixAxesByLayout.decode(&bytes[message..end])));
-            }
-        });
-        let mut found = Vec::new();
-        let mut end = 0;
-        Receiver::<SixAxes>::new().feed(&bytes, |one| {
-            end += one.bytes();
-            found.extend(one.message().map(|axes| (end - 1, axes)));
-        });
-        assert_eq!(found, expected, "{bytes:02X?}");
-    }
-}
-
-/// The six-axes format, defined by its layout, for a [`BufferedReceiver`](framelock::BufferedReceiver).
-#[derive(Clone, Copy)]
-struct SixAxesByLayout;
-
-impl Format for SixAxesByLayout {
-    classify_by!(SIX_AXES);
-    type Message<'a> = [u16; 6];
-
-    fn decode(&self, frame: &[u8]) -> [u16; 6] {
-        <SixAxes as FixedFormat>::decode(frame.try_into().expect("a frame has 16 bytes"))
-    }
-}
-
-fn begins_where_the_protocol_says(format: &impl Format, protocol: Protocol, bytes: &[u8]) {
-    fn known<F: Format>(_: &F, bytes: &[u8]) -> usize {
-        F::LONGEST.min(bytes.len())
-    }
-    for from in 0..bytes.len() {
-        let bytes = &bytes[from..];
-        let bytes = &bytes[..known(format, bytes)];
-        let length = match format.classify(bytes) {
-            Classification::Frame(length) => Some(length),
-            Classification::Rejected(_) | Classification::Incomplete { .. } => None,
-        };
-        assert_eq!(length, protocol.begins(bytes), "{bytes:02X?}");
-    }
-}
-
-impl FormatStep {
-    fn slices(&self, protocol: Protocol) -> Vec<Vec<u8>> {
-        match self {
-            Self::Slice(bytes) => vec![bytes.clone()],
-            Self::Frame(bytes, fault, size) => {
-                let mut frame = protocol.frame(bytes);
-                if let Some(Fault { place, inverted }) = fault {
-                    let place = usize::from(*place) % frame.len();
-                    frame[place] ^= inverted;
-                    if *inverted == 0 {
-                        frame.remove(place);
-                    }
-                }
-                frame
-                    .chunks(usize::from(*size).max(1))
-                    .map(<[u8]>::to_vec)
-                    .collect()
-            }
-            Self::Silence => Vec::new(),
-        }
-    }
+    (line.format.check)(line.format, &line.stream)
 }

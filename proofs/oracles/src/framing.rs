@@ -56,7 +56,13 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) -> Counters 
     };
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
     let by_rules = format(true);
-    as_the_reference::<_, N>(|| by_rules, &by_rules, &input.stream, || QUESTIONS.take())
+    as_the_reference(
+        || by_rules,
+        N,
+        &by_rules,
+        &input.stream,
+        || QUESTIONS.take(),
+    )
 }
 
 /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
@@ -91,12 +97,13 @@ fn reference<F: Format>(
     (findings.0, pending)
 }
 
-/// Checks that receivers of the format find and count the same as the reference with the format `naive`. One receiver
-/// gets the slices of the stream by `feed`, and another gets every byte by `push`. `questions` returns how many
+/// Checks that receivers of the format, with a buffer of this size, find and count the same as the reference with the
+/// format `naive`. One receiver gets the slices of the stream by `feed`, and another gets every byte by `push`. `questions` returns how many
 /// classifications the receivers have asked for since the last call of `questions`, not counting calls of `starts`.
 /// Returns the counters.
-pub(crate) fn as_the_reference<F, const N: usize>(
+pub(crate) fn as_the_reference<F>(
     format: impl Fn() -> F,
+    buffer: usize,
     naive: &impl Format,
     Stream(steps): &Stream,
     questions: impl Fn() -> usize,
@@ -104,9 +111,12 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 where
     F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
 {
-    let mut fed = BufferedReceiver::<_, [u8; N]>::new(format());
-    let mut pushed = BufferedReceiver::<_, [u8; N]>::new(format());
-    let mut line = Line::new(BufferedReceiver::<_, [u8; N]>::new(format()));
+    let longest = format().longest();
+    let receiver = || {
+        let receiver = BufferedReceiver::with_buffer(format(), vec![0; buffer]);
+        receiver.expect("the buffer holds the longest frame")
+    };
+    let (mut fed, mut pushed, mut line) = (receiver(), receiver(), Line::new(receiver()));
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
@@ -132,7 +142,7 @@ where
                 frames.push(frame.message().to_vec());
                 let late = place + 1 - ends[frames.len() - 1];
                 assert!(
-                    late <= F::LONGEST - frame.bytes().len(),
+                    late <= longest - frame.bytes().len(),
                     "{late} late: {steps:02X?}"
                 );
             }
@@ -140,7 +150,7 @@ where
                 questions() <= 1,
                 "at most one classification per byte: {steps:02X?}"
             );
-            assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
+            assert!(pushed.pending() < longest, "{steps:02X?}");
         }
         while let Some(frame) = pushed.poll() {
             frames.push(frame.message().to_vec());
@@ -206,6 +216,10 @@ pub(crate) struct Frames<F>(pub(crate) F);
 impl<F: Format> Format for Frames<F> {
     const LONGEST: usize = F::LONGEST;
     type Message<'a> = &'a [u8];
+
+    fn longest(&self) -> usize {
+        self.0.longest()
+    }
 
     fn classify(&self, bytes: &[u8]) -> Classification {
         self.0.classify(bytes)

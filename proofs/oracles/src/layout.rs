@@ -1,74 +1,96 @@
 //! An interpreter of any layout, written from the documentation of [`Layout`] in plain loops.
 
 use std::cmp::max;
+use std::slice;
 
 use framelock::Classification::{self, Frame, Incomplete, Rejected};
-use framelock::{Counters, DiscardReason, Format};
+use framelock::{Counters, DiscardReason, Format, LineEvent};
 use framelock_formats::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, Layout, Length, Number, Patterns,
 };
 
-use crate::framing::as_the_reference;
+use crate::framing::{Frames, as_the_reference};
 use crate::stream::Stream;
 
-/// The most bytes that a frame may have in [`layouts`].
+/// The most bytes that a frame should have in [`layouts`]. The reference is slow with longer frames.
 pub const LONGEST: usize = 128;
 
-/// Checks that the receivers of a layout report the same frames and discarded bytes as the reference with the
-/// [interpreter](interpret). The longest frame must not have more than [`LONGEST`] bytes.
+/// Checks that receivers of a format report the same frames and discarded bytes as the reference with the
+/// [interpreter](interpret) of the format's layouts, and that the format classifies the bytes at each position as the
+/// interpreter does.
 ///
 /// Returns the receivers' counters.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn layouts(layout: &'static CheckedLayout<'static>, stream: &Stream) -> Counters {
-    let receiver = || ByLayout(layout);
-    as_the_reference::<_, LONGEST>(receiver, &Interpreted(layout), stream, || 0)
+pub fn layouts<F: Format + Clone + 'static>(
+    format: &F,
+    layouts: &[CheckedLayout],
+    stream: &Stream,
+) -> Counters {
+    let naive = Interpreted(layouts);
+    for bytes in stream.stretches() {
+        for from in 0..bytes.len() {
+            let bytes = &bytes[from..];
+            let bytes = &bytes[..bytes.len().min(format.longest())];
+            let found = match format.classify(bytes) {
+                Incomplete { .. } => Incomplete {
+                    at_least: bytes.len() + 1,
+                },
+                other => other,
+            };
+            assert_eq!(found, naive.classify(bytes), "{bytes:02X?}, {layouts:?}");
+        }
+    }
+    let longest = format.longest();
+    as_the_reference(|| Frames(format.clone()), longest, &naive, stream, || 0)
 }
 
-/// The receivers' format.
+/// The reference's format: frames of any of these layouts. The first layout that does not reject the bytes decides.
 #[derive(Clone, Copy)]
-struct ByLayout(&'static CheckedLayout<'static>);
+pub(crate) struct Interpreted<'a>(pub(crate) &'a [CheckedLayout<'a>]);
 
-impl Format for ByLayout {
-    const LONGEST: usize = LONGEST;
-    type Message<'a> = &'a [u8];
-
-    fn longest(&self) -> usize {
-        self.0.longest
-    }
-
-    fn classify(&self, bytes: &[u8]) -> Classification {
-        self.0.classify(bytes)
-    }
-
-    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.0.classify_after(bytes, seen)
-    }
-
-    fn starts(&self, byte: u8) -> bool {
-        self.0.starts(byte)
-    }
-
-    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        frame
-    }
-}
-
-/// The reference's format.
-#[derive(Clone, Copy)]
-struct Interpreted(&'static CheckedLayout<'static>);
-
-impl Format for Interpreted {
-    const LONGEST: usize = LONGEST;
+impl Format for Interpreted<'_> {
+    const LONGEST: usize = usize::MAX;
     type Message<'a> = ();
 
     fn longest(&self) -> usize {
-        self.0.longest
+        self.0
+            .iter()
+            .map(|layout| layout.longest)
+            .max()
+            .expect("a layout")
     }
 
+    /// If all layouts reject the bytes, returns the reason of the layout that found an error latest in the frame.
     fn classify(&self, bytes: &[u8]) -> Classification {
-        interpret(self.0, bytes)
+        let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.longest)];
+        let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
+        let order = |rejected: &Classification| match rejected {
+            Rejected(DiscardReason::NoSync) => 0,
+            Rejected(DiscardReason::BrokenSync) => 1,
+            Rejected(DiscardReason::ChecksumMismatch | DiscardReason::WrongTerminator) => 3,
+            Rejected(_) => 2,
+            _ => 4,
+        };
+        // Of several that come equally far, the first one.
+        let first = all.next().expect("a layout");
+        all.fold(first, |best, next| {
+            if order(&next) > order(&best) {
+                next
+            } else {
+                best
+            }
+        })
+    }
+
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        let alone = self
+            .0
+            .iter()
+            .map(|layout| Self(slice::from_ref(layout)).classify(bytes));
+        let frame = alone.into_iter().find(|one| matches!(one, Frame(_)));
+        frame.unwrap_or(Rejected(DiscardReason::LineEvent))
     }
 
     fn decode(&self, _: &[u8]) {}
@@ -239,7 +261,7 @@ fn value(bytes: &[u8], order: ByteOrder) -> u64 {
 }
 
 /// Returns the index of the byte at an offset.
-fn place(offset: i16, counted: usize) -> usize {
+pub(crate) fn place(offset: i16, counted: usize) -> usize {
     if offset < 0 {
         counted - usize::from(offset.unsigned_abs())
     } else {

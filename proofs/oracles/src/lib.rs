@@ -19,22 +19,24 @@
 mod failsafe;
 mod faults;
 mod formats;
+mod frame;
 mod framing;
 mod layout;
+mod line;
 mod outcome;
 mod parser;
-mod protocol;
 mod reader;
 mod stream;
 
 pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
-pub use formats::{Fault, FormatLine, FormatStep, formats};
+pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
+pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
 pub use layout::{LONGEST, interpret, layouts};
+pub use line::{broken, cut, faulty};
 pub use outcome::Occurred;
 pub use parser::parser;
-pub use protocol::Protocol;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
 
@@ -78,7 +80,11 @@ pub const TARGETS: [(&str, Target); 6] = [
         count_lines(bytes, framing, occurred);
     }),
     ("formats", |bytes, occurred| {
-        count_lines(bytes, |line| [formats(line)], occurred);
+        let counters = structured(bytes, |line: &FormatLine| (line.format.name, formats(line)));
+        if let Some((name, counters)) = counters {
+            occurred.count(name, counters.frames);
+            occurred.count_all(&counters);
+        }
     }),
 ];
 

@@ -19,6 +19,14 @@ pub enum StreamStep {
     Event(LineEvent),
 }
 
+impl Stream {
+    /// Returns the bytes between one line event and the next.
+    pub(crate) fn stretches(&self) -> impl Iterator<Item = Vec<u8>> {
+        let stretches = self.0.split(|step| matches!(step, StreamStep::Event(_)));
+        stretches.map(bytes_of)
+    }
+}
+
 impl StreamStep {
     pub(crate) fn bytes(&self) -> &[u8] {
         match self {

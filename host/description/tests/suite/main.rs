@@ -9,12 +9,9 @@
     reason = "a panic fails the test"
 )]
 
-mod agreement;
-mod drawn;
 mod ibus;
 mod keys;
 mod kinds;
 mod mavlink;
-mod random;
 mod shipped;
 mod wrong;

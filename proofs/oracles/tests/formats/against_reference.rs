@@ -1,107 +1,49 @@
-//! Tests that a receiver finds the same frames as the reference. The streams have faults, and are split into slices at
-//! any positions. Also tests that each frame begins with the bytes that its protocol states.
+//! Tests that the receivers of each shipped format find the same frames as the reference. The streams have faults, and are
+//! split into slices at any positions.
 
-use std::sync::Mutex;
+use framelock::LineEvent;
+use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, cut, faulty, random_frame};
+use rand::seq::IndexedRandom as _;
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 
-use framelock_oracles::{Fault, FormatLine, FormatStep, Occurred, Protocol, formats};
-use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
-
-/// Beginnings of frames: two `MAVLink` headers, which state a payload that is too long for the message, and the first
-/// bytes of an NMEA sentence.
-const HEADS: [&[u8]; 3] = [
-    b"\xFE\x64\0\x01\x01\0",
-    b"\xFD\x64\0\0\0\x01\x01\0\0\0",
-    b"$GP",
-];
-
-fn step() -> impl Strategy<Value = FormatStep> {
-    let bytes = || prop::collection::vec(any::<u8>(), 0..40);
-    // 0 loses the byte.
-    let inverted = prop_oneof![Just(0), any::<u8>()];
-    let fault = (any::<u8>(), inverted).prop_map(|(place, inverted)| Fault { place, inverted });
-    let head = prop::sample::select(HEADS.to_vec());
-    prop_oneof![
-        1 => head.prop_map(|head| FormatStep::Slice(head.to_vec())),
-        1 => bytes().prop_map(FormatStep::Slice),
-        6 => (bytes(), prop::option::weighted(0.3, fault), any::<u8>())
-            .prop_map(|(bytes, fault, size)| FormatStep::Frame(bytes, fault, size)),
-        1 => Just(FormatStep::Silence),
-    ]
-}
-
-const PROTOCOLS: [Protocol; 9] = [
-    Protocol::Sbus,
-    Protocol::Ibus,
-    Protocol::Crsf,
-    Protocol::Ubx,
-    Protocol::Mavlink1,
-    Protocol::Mavlink2,
-    Protocol::Nmea,
-    Protocol::Rtcm,
-    Protocol::SixAxes,
-];
-
-/// The outcomes of each protocol.
-static OCCURRED: [Mutex<Occurred>; PROTOCOLS.len()] =
-    [const { Mutex::new(Occurred::NOTHING) }; PROTOCOLS.len()];
-
-proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 200,
-        rng_seed: RngSeed::Fixed(1),
-        ..ProptestConfig::default()
-    })]
-
-    fn any_line(steps in prop::collection::vec(step(), 0..12)) {
-        for (protocol, occurred) in PROTOCOLS.into_iter().zip(&OCCURRED) {
-            let counters = formats(&FormatLine { protocol, steps: steps.clone() });
-            occurred.lock().expect("no count panics").count_all(&counters);
-        }
-    }
-}
-
-/// Each outcome that is possible in a protocol occurs.
+/// Each outcome that is possible in a format occurs.
 #[test]
 fn every_format() {
-    any_line();
-    for (protocol, occurred) in PROTOCOLS.into_iter().zip(&OCCURRED) {
-        let mut impossible = match protocol {
-            Protocol::Sbus => vec![
-                "bad header",
-                "broken sync",
-                "checksum mismatch",
-                "too long",
-                "unknown message",
-            ],
-            Protocol::Ibus => vec![
-                "bad header",
-                "too long",
-                "unknown message",
-                "wrong terminator",
-            ],
-            Protocol::Crsf => vec!["broken sync", "unknown message", "wrong terminator"],
-            Protocol::Ubx => vec!["bad header", "unknown message", "wrong terminator"],
-            Protocol::Mavlink1 => vec!["bad header", "broken sync", "wrong terminator"],
-            Protocol::Mavlink2 => vec!["broken sync", "wrong terminator"],
-            Protocol::Nmea => vec!["broken sync", "too long", "unknown message"],
-            Protocol::Rtcm => vec![
-                "broken sync",
-                "too long",
-                "unknown message",
-                "wrong terminator",
-            ],
-            Protocol::SixAxes => vec![
-                "bad header",
-                "checksum mismatch",
-                "too long",
-                "unknown message",
-            ],
-        };
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for format in FORMATS {
+        let mut occurred = Occurred::NOTHING;
+        for _ in 0..200 {
+            let mut steps = Vec::new();
+            for _ in 0..random.random_range(1..4) {
+                let count = random.random_range(0..5);
+                let frames = (0..count).map(|_| {
+                    let layout = format.layouts.choose(&mut random).expect("a layout");
+                    random_frame(layout, &mut random).unwrap_or_else(|almost| almost)
+                });
+                let frames: Vec<Vec<u8>> = frames.collect();
+                steps.extend(cut(&faulty(&frames, &mut random), &mut random));
+                steps.push(StreamStep::Event(LineEvent::Idle));
+            }
+            occurred.count_all(&(format.check)(format, &Stream(steps)));
+        }
         // All line events are idle gaps.
-        impossible.extend(["break", "framing error", "overrun", "parity error"]);
+        let mut impossible = vec!["break", "framing error", "overrun", "parity error"];
+        let others = match format.name {
+            "SBUS" => "bad header, broken sync, checksum mismatch, too long, unknown message",
+            "iBUS" => "bad header, too long, unknown message, wrong terminator",
+            "CRSF" => "broken sync, unknown message, wrong terminator",
+            "UBX" => "bad header, unknown message, wrong terminator",
+            "MAVLink 1" => "bad header, broken sync, wrong terminator",
+            "MAVLink 2" => "broken sync, wrong terminator",
+            "NMEA" => "broken sync, too long, unknown message",
+            "RTCM" => "broken sync, too long, unknown message, wrong terminator",
+            "GNSS" => "unknown message",
+            "BIN-CRC8" => "bad header, too long, unknown message",
+            _ => "bad header, checksum mismatch, too long, unknown message",
+        };
+        impossible.extend(others.split(", "));
         impossible.sort_unstable();
-        let missing = occurred.lock().expect("no count panics").missing();
-        assert_eq!(missing, impossible, "{protocol:?}");
+        assert_eq!(occurred.missing(), impossible, "{}", format.name);
     }
 }

@@ -1,17 +1,16 @@
 //! Tests random layouts, in which every form and every number of parts occurs, against an interpreter of layouts.
-#![expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "frames are short"
-)]
+#![expect(clippy::cast_possible_truncation, reason = "frames are short")]
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use framelock::Classification::Frame;
-use framelock::LineEvent;
+use framelock::{Classification, LineEvent};
+use framelock_formats::AnyOf;
 use framelock_formats::layout::*;
-use framelock_oracles::{LONGEST, Occurred, Stream, StreamStep, interpret, layouts};
+use framelock_oracles::{
+    LONGEST, Occurred, Stream, StreamStep, cut, faulty, interpret, layouts, other_terminators,
+    random_frame,
+};
 use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -175,10 +174,8 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     let any: Vec<u8> = all.choose_multiple(random, 8).copied().collect();
     let (syncs, sync_length) = (random.random_range(0..=8), random.random_range(1..=4));
     let sync = patterns(random, syncs, sync_length, &any);
-    let mut layout = Layout {
-        sync,
-        ..Layout::NONE
-    };
+    let mut layout = Layout::NONE;
+    layout.sync = sync;
 
     // The parts of the header follow one another in any order, some of them after a gap.
     let (mut at, mut field, mut trailer) = (sync.length, None, 0);
@@ -267,8 +264,8 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     } else {
         least + random.random_range(0..3)
     };
-    let layout = layout.check().ok()?;
-    (layout.longest <= LONGEST).then_some(layout)
+    let checked = layout.check().ok();
+    checked.filter(|layout| layout.longest <= LONGEST)
 }
 
 fn offset(bytes: usize) -> i16 {
@@ -282,135 +279,6 @@ fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
         mask |= 1 << random.random_range(0..8);
     }
     mask
-}
-
-/// Returns any byte of the content, often a byte of a sync or of a terminator.
-fn byte(layout: &Layout, random: &mut ChaCha8Rng) -> u8 {
-    let known = [layout.sync.bytes, layout.terminator.bytes].concat();
-    loop {
-        let byte = match known.choose(random) {
-            Some(&byte) if random.random_ratio(1, 4) => byte,
-            _ => random.random(),
-        };
-        let mut content = layout.content.iter();
-        if content.len() == 0 || content.any(|(first, last)| (first..=last).contains(&&byte)) {
-            return byte;
-        }
-    }
-}
-
-/// Returns a frame of the layout, or `None` if the random bytes could not become a frame.
-fn frame(layout: &CheckedLayout, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
-    let mut frame: Vec<u8> = (0..layout.longest).map(|_| byte(layout, random)).collect();
-    write(&mut frame, 0, any(layout.sync, random));
-    if let Some(messages) = layout.messages {
-        let known = messages.known.choose(random).expect("some").number;
-        let bytes = match messages.number.order {
-            ByteOrder::Little => &known.to_le_bytes()[..messages.number.bytes],
-            ByteOrder::Big => &known.to_be_bytes()[4 - messages.number.bytes..],
-        };
-        write(&mut frame, messages.number.at, bytes);
-    }
-    let mut trailer = 0;
-    if let Some(announced) = layout.trailer {
-        frame[announced.at] &= !announced.mask;
-        if random.random_range(0..3) > 0 {
-            let mut bit = 0;
-            while bit & announced.mask == 0 {
-                bit = 1 << random.random_range(0..8);
-            }
-            frame[announced.at] |= bit;
-            trailer = announced.bytes;
-        }
-    }
-    let length = match layout.length {
-        Length::Field(field) => {
-            let number = random.random_range(0..LONGEST as i64) & i64::from(field.mask);
-            number * i64::from(field.factor) + i64::from(field.plus)
-        }
-        Length::Fixed => layout.longest as i64,
-        _ => random.random_range(layout.shortest..=layout.longest) as i64,
-    };
-    let most = layout.longest - trailer;
-    let length = usize::try_from(length)
-        .ok()
-        .filter(|length| (1..=most).contains(length))?;
-    let behind = frame.split_off(length);
-    let end = any(layout.terminator, random);
-    let content = length.checked_sub(end.len())?;
-    write(&mut frame, content, end);
-    frame.extend(&behind[..trailer]);
-    let is_sealed = layout.seal(&mut frame);
-    assert_eq!(
-        is_sealed,
-        interpret(layout, &frame) == Frame(frame.len()),
-        "{layout:?}: {frame:02X?}"
-    );
-    if is_sealed
-        && let Some(checksum) = layout.checksum
-        && checksum.encoding == Encoding::Hex
-        && random.random()
-    {
-        let at = index(checksum.at, length).expect("it is in the frame");
-        let mut other = frame.clone();
-        other[at..][..checksum.encoded_bytes()].make_ascii_lowercase();
-        // A lower-case digit may be a terminator.
-        if interpret(layout, &other) == Frame(other.len()) {
-            frame = other;
-        }
-    }
-    if let Some(other) = other_terminators(layout).choose(random)
-        && random.random()
-        && content + other.len() <= layout.longest
-    {
-        frame.truncate(content);
-        frame.extend(*other);
-    }
-    is_sealed.then_some(frame)
-}
-
-/// Returns the terminators that are not as long as the terminator.
-fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
-    let own = layout.terminator.each().count();
-    layout.terminators().skip(own).collect()
-}
-
-fn any<'a>(patterns: Patterns<'a>, random: &mut ChaCha8Rng) -> &'a [u8] {
-    let all: Vec<&[u8]> = patterns.each().collect();
-    all.choose(random).copied().unwrap_or_default()
-}
-
-fn write(frame: &mut [u8], at: usize, bytes: &[u8]) {
-    frame[at..]
-        .iter_mut()
-        .zip(bytes)
-        .for_each(|(byte, wanted)| *byte = *wanted);
-}
-
-/// Returns the frame with one fault: a byte with other bits, a byte lost or added, or the frame's beginning or end
-/// alone.
-fn broken(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
-    let mut bytes = frame.to_vec();
-    let at = random.random_range(0..bytes.len());
-    match random.random_range(0..6) {
-        0 => drop(bytes.remove(at)),
-        1 => bytes.insert(at, random.random()),
-        2 => bytes.truncate(at),
-        3 => drop(bytes.drain(..at)),
-        _ => bytes[at] ^= 1 << random.random_range(0..8),
-    }
-    bytes
-}
-
-/// Returns the bytes, cut into slices.
-fn slices(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<StreamStep> {
-    let (mut rest, mut slices) = (bytes, Vec::new());
-    while !rest.is_empty() {
-        let (slice, behind) = rest.split_at(random.random_range(1..=rest.len().min(40)));
-        slices.push(StreamStep::Slice(slice.to_vec()));
-        rest = behind;
-    }
-    slices
 }
 
 /// Counts the values for which the condition holds, or the condition itself.
@@ -520,11 +388,9 @@ fn frames_of_any_layout_are_delivered() {
         let Some(layout) = layout(&mut random) else {
             continue;
         };
-        let layout: &CheckedLayout = Box::leak(Box::new(layout));
-        let frames: Vec<Vec<u8>> = (0..60)
-            .filter_map(|_| frame(layout, &mut random))
-            .take(12)
-            .collect();
+        let all: &'static [CheckedLayout] = vec![layout].leak();
+        let tries = (0..60).filter_map(|_| random_frame(&layout, &mut random).ok());
+        let frames: Vec<Vec<u8>> = tries.take(12).collect();
         if frames.is_empty() {
             continue;
         }
@@ -534,31 +400,19 @@ fn frames_of_any_layout_are_delivered() {
             .example(&mut example)
             .unwrap_or_else(|why| panic!("{why:?}: {layout:?}"));
         assert_eq!(
-            interpret(layout, example),
-            Frame(example.len()),
+            interpret(&layout, example),
+            Classification::Frame(example.len()),
             "{layout:?}"
         );
-        let clean = slices(&frames.concat(), &mut random);
-        let mut noisy = Vec::new();
-        for frame in &frames {
-            match random.random_range(0..3) {
-                0 => noisy.extend(broken(frame, &mut random)),
-                1 => {
-                    let count = random.random_range(1..30);
-                    noisy.extend((0..count).map(|_| byte(layout, &mut random)));
-                }
-                _ => {}
-            }
-            noisy.extend(frame);
-        }
-        noisy.extend(broken(&frames[0], &mut random));
-        let noisy = slices(&noisy, &mut random);
+        let clean = cut(&frames.concat(), &mut random);
+        let noisy = cut(&faulty(&frames, &mut random), &mut random);
         let idle = vec![StreamStep::Event(LineEvent::Idle)];
-        let counters = layouts(layout, &Stream(clean.clone()));
+        let counters = layouts(&AnyOf(all), all, &Stream(clean.clone()));
         let is_clean = counters.frames as usize == frames.len() && counters.discarded.total() == 0;
         assert!(is_clean, "{counters:?} {layout:?}");
-        occurred.count_all(&layouts(layout, &Stream([noisy, idle, clean].concat())));
-        count(layout, &frames, &mut occurred);
+        let stream = Stream([noisy, idle, clean].concat());
+        occurred.count_all(&layouts(&AnyOf(all), all, &stream));
+        count(&layout, &frames, &mut occurred);
     }
     let impossible = ["break", "framing error", "overrun", "parity error"];
     assert_eq!(occurred.rarer_than(3), impossible, "{occurred:#?}");

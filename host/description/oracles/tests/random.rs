@@ -1,19 +1,24 @@
 //! Compares the receiver with the reference, for random descriptions, for the shipped descriptions
 //! with random frames, and for the fuzzer's corpus.
 
+#![allow(
+    clippy::indexing_slicing,
+    clippy::unwrap_used,
+    reason = "a panic fails the test"
+)]
+
 use std::cmp::Ordering;
 use std::fs;
 use std::path::Path;
 
 use framelock_description::{Description, SHIPPED};
+use framelock_description_oracles::{
+    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, SYNCS,
+    agrees_with_the_reference, description, frames, is_refused_or_agrees,
+};
 use framelock_formats::check_laws;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-
-use crate::agreement::{agrees_with_the_reference, is_refused_or_agrees};
-use crate::drawn::{
-    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, SYNCS, description, frames,
-};
 
 #[test]
 fn shipped_frames_come_out_and_their_values_make_them_again() {
@@ -30,7 +35,7 @@ fn shipped_frames_come_out_and_their_values_make_them_again() {
                 .filter(|it| description.view_number(it) == number);
             assert!(of_it.count() > 3, "{name}: {}", shown.name);
         }
-        let frames: usize = (0..20)
+        let frames: usize = (0..30)
             .map(|_| agrees_with_the_reference(&description, text, &mut random))
             .sum();
         let least = match *name {
@@ -103,11 +108,11 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         for (part, count) in absent.iter().zip(&mut without) {
             *count += usize::from(!text.contains(part));
         }
-        let frames = (0..3).map(|_| agrees_with_the_reference(&description, &text, &mut random));
-        let frames: usize = frames.sum();
-        assert!(frames > 0, "{seed}: {text}");
-        in_all += frames;
-        let frames = crate::drawn::frames(&description, &mut random);
+        let counts = (0..3).map(|_| agrees_with_the_reference(&description, &text, &mut random));
+        let count: usize = counts.sum();
+        assert!(count > 0, "{seed}: {text}");
+        in_all += count;
+        let frames = frames(&description, &mut random);
         let kind = &description.kinds[0];
         for (field, frame) in kind
             .fields
@@ -138,7 +143,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
 /// Runs the test of the fuzz target `description`.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/description");
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fuzz/corpus/description");
     let (mut refused, mut frames) = (0, 0);
     for entry in fs::read_dir(corpus).unwrap() {
         let text = fs::read(entry.unwrap().path()).unwrap();
