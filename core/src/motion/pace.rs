@@ -42,7 +42,7 @@ impl Pace {
 
 #[cfg(kani)]
 mod verification {
-    use super::*;
+    use super::Pace;
 
     /// Whatever the counts are, a sender is slow exactly if the count changed in each of the last two periods.
     #[kani::proof]

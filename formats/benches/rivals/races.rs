@@ -3,7 +3,7 @@
 use crate::answer::{Answer, confirm};
 use crate::contender::{Cut, Entry};
 use crate::figures::{Row, row};
-use crate::streams::{Fault, Protocol, Stream};
+use crate::streams::{FAULTS, Protocol, Stream};
 use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
 /// The number of frames in a stream.
@@ -39,7 +39,7 @@ pub(crate) fn all() -> Vec<Race> {
         (ibus::PROTOCOL, ibus::contenders()),
     ];
     let run = |(protocol, entries): (Protocol, Vec<Entry>)| {
-        let streams = Fault::ALL.map(|fault| Stream::new(&protocol, fault, FRAMES));
+        let streams = FAULTS.map(|fault| Stream::new(&protocol, fault, FRAMES));
         let contender = |entry: Entry| {
             let answers = |cut| {
                 let answer = |stream| Answer::of(&entry, &protocol, stream, cut);
@@ -187,10 +187,10 @@ impl Contender {
                 better.push("its latest delivery is earlier".to_owned());
             }
         }
-        for (place, fault) in Fault::ALL.into_iter().enumerate() {
+        for (place, fault) in FAULTS.into_iter().enumerate() {
             let finds = self.by_chunk[place].lost <= ours.by_chunk[place].lost;
             if finds && self.speeds[place] >= ours.speeds[place] {
-                better.push(format!("at least as fast on the stream *{}*", fault.name()));
+                better.push(format!("at least as fast on the stream *{}*", fault.name));
             }
         }
         if self.speeds.last() >= ours.speeds.last() {

@@ -304,6 +304,70 @@ fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     receive::<_, 64>(Crsf, &stream, |_| panic!("delivered"));
 }
 
+/// Each format refuses the messages that its documentation names, and only these.
+#[test]
+fn a_message_without_a_frame_is_not_encoded() {
+    fn is_encoded<F: EncodeInto>(format: &F, message: F::Message<'_>) -> bool {
+        format.encode_into(message, &mut [0; 2000]).is_ok()
+    }
+    for address in 0..=u8::MAX {
+        let message = CrsfMessage {
+            address,
+            kind: 0x16,
+            payload: &[1],
+        };
+        let is_accepted = [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&address);
+        assert_eq!(is_encoded(&Crsf, message), is_accepted, "{address:#04X}");
+    }
+    let payload = [7; 1024];
+    for (most, encodes) in [
+        (60, |payload: &[u8]| {
+            let (address, kind) = (0xC8, 0x16);
+            is_encoded(
+                &Crsf,
+                CrsfMessage {
+                    address,
+                    kind,
+                    payload,
+                },
+            )
+        }),
+        (92, |payload: &[u8]| {
+            let (class, id) = (1, 7);
+            is_encoded(&Ubx::<100>, ubx::Message { class, id, payload })
+        }),
+        (1023, |payload: &[u8]| {
+            is_encoded(&Rtcm, rtcm::Message { payload })
+        }),
+        (9, |payload: &[u8]| {
+            let message = mavlink::Message {
+                payload,
+                ..Default::default()
+            };
+            is_encoded(&Mavlink2(DIALECT), message) && is_encoded(&Mavlink1(DIALECT), message)
+        }),
+    ] as [(usize, fn(&[u8]) -> bool); 4]
+    {
+        assert!(encodes(&payload[..most]), "{most}");
+        assert!(!encodes(&payload[..=most]), "{most} and one more");
+    }
+    let unknown = mavlink::Message {
+        id: 1,
+        ..Default::default()
+    };
+    assert!(!is_encoded(&Mavlink2(DIALECT), unknown) && !is_encoded(&Mavlink1(DIALECT), unknown));
+}
+
+#[test]
+fn rtcm_numbers_are_the_first_twelve_bits() {
+    let payload = [0x43, 0x50, 0xFF];
+    let numbers = [0, 1, 2, 3].map(|bytes| {
+        let payload = &payload[..bytes];
+        rtcm::Message { payload }.number()
+    });
+    assert_eq!(numbers, [None, None, Some(1077), Some(1077)]);
+}
+
 /// SBUS2's last bytes are those of its telemetry slots.
 #[test]
 fn sbus_with_each_last_byte() {
@@ -389,68 +453,4 @@ fn six_axes() {
     let mut receiver = Receiver::<SixAxes>::new();
     let received = frame.iter().find_map(|&byte| receiver.push(byte));
     assert_eq!(received, Some(axes));
-}
-
-/// Each format refuses the messages that its documentation names, and only these.
-#[test]
-fn a_message_without_a_frame_is_not_encoded() {
-    fn is_encoded<F: EncodeInto>(format: &F, message: F::Message<'_>) -> bool {
-        format.encode_into(message, &mut [0; 2000]).is_ok()
-    }
-    for address in 0..=u8::MAX {
-        let message = CrsfMessage {
-            address,
-            kind: 0x16,
-            payload: &[1],
-        };
-        let is_accepted = [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&address);
-        assert_eq!(is_encoded(&Crsf, message), is_accepted, "{address:#04X}");
-    }
-    let payload = [7; 1024];
-    for (most, encodes) in [
-        (60, |payload: &[u8]| {
-            let (address, kind) = (0xC8, 0x16);
-            is_encoded(
-                &Crsf,
-                CrsfMessage {
-                    address,
-                    kind,
-                    payload,
-                },
-            )
-        }),
-        (92, |payload: &[u8]| {
-            let (class, id) = (1, 7);
-            is_encoded(&Ubx::<100>, ubx::Message { class, id, payload })
-        }),
-        (1023, |payload: &[u8]| {
-            is_encoded(&Rtcm, rtcm::Message { payload })
-        }),
-        (9, |payload: &[u8]| {
-            let message = mavlink::Message {
-                payload,
-                ..Default::default()
-            };
-            is_encoded(&Mavlink2(DIALECT), message) && is_encoded(&Mavlink1(DIALECT), message)
-        }),
-    ] as [(usize, fn(&[u8]) -> bool); 4]
-    {
-        assert!(encodes(&payload[..most]), "{most}");
-        assert!(!encodes(&payload[..=most]), "{most} and one more");
-    }
-    let unknown = mavlink::Message {
-        id: 1,
-        ..Default::default()
-    };
-    assert!(!is_encoded(&Mavlink2(DIALECT), unknown) && !is_encoded(&Mavlink1(DIALECT), unknown));
-}
-
-#[test]
-fn rtcm_numbers_are_the_first_twelve_bits() {
-    let payload = [0x43, 0x50, 0xFF];
-    let numbers = [0, 1, 2, 3].map(|bytes| {
-        let payload = &payload[..bytes];
-        rtcm::Message { payload }.number()
-    });
-    assert_eq!(numbers, [None, None, Some(1077), Some(1077)]);
 }

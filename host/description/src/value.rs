@@ -30,7 +30,7 @@ impl Value<'_> {
     #[inline]
     pub fn append_to(&self, row: &mut Vec<u8>) {
         match self {
-            Self::Unsigned(number) => append_integer(*number, row),
+            Self::Unsigned(number) => append_digits(*number, row),
             other => other.append_rarer(row),
         }
     }
@@ -41,7 +41,7 @@ impl Value<'_> {
             // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. After a conversion to 64 bits, 0.1 would
             // be written as 0.10000000149011612.
             Self::Float(number) => write!(row, "{number:?}").expect("a vector takes any text"),
-            Self::Decimal(number, decimals) => append_decimal(*number, *decimals as usize, row),
+            Self::Decimal(number, decimals) => append_decimal(*number, *decimals, row),
             Self::Bytes(bytes) => {
                 // The prefix is `x`. Without a prefix, some programs would read 0600 and 1E05 as numbers. With the
                 // prefix `0x`, other programs would read 0x06 as a number.
@@ -49,8 +49,13 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
-            Self::Signed(number) => append_integer(*number, row),
-            Self::Unsigned(number) => append_integer(*number, row),
+            Self::Signed(number) => {
+                if *number < 0 {
+                    row.push(b'-');
+                }
+                append_digits(number.unsigned_abs(), row);
+            }
+            Self::Unsigned(number) => append_digits(*number, row),
         }
     }
 
@@ -77,29 +82,112 @@ impl Value<'_> {
     }
 }
 
-#[inline]
-fn append_integer(number: impl itoa::Integer, row: &mut Vec<u8>) {
-    row.extend_from_slice(itoa::Buffer::new().format(number).as_bytes());
+/// For each number below 1000: its digits, then zero bytes up to the third byte, and the number of digits. With this
+/// table, most numbers of a frame are written without a division and without a call of `memcpy`.
+static DIGITS: [[u8; 4]; 1000] = digits(false);
+
+/// The same with leading zeros.
+static PADDED: [[u8; 4]; 1000] = digits(true);
+
+const fn digits(is_padded: bool) -> [[u8; 4]; 1000] {
+    let mut table = [[0; 4]; 1000];
+    let mut number: u16 = 0;
+    while number < 1000 {
+        let [hundreds, ..] = (number / 100).to_le_bytes();
+        let [tens, ..] = (number / 10 % 10).to_le_bytes();
+        let [ones, ..] = (number % 10).to_le_bytes();
+        let [hundreds, tens, ones] = [b'0' + hundreds, b'0' + tens, b'0' + ones];
+        table[number as usize] = match number {
+            0..10 if !is_padded => [ones, 0, 0, 1],
+            10..100 if !is_padded => [tens, ones, 0, 2],
+            _ => [hundreds, tens, ones, 3],
+        };
+        number += 1;
+    }
+    table
 }
 
-/// Appends a number with `decimals` digits after the decimal point.
-fn append_decimal(number: i128, decimals: usize, row: &mut Vec<u8>) {
+/// The powers of ten with up to nine zeros.
+const POWERS: [u64; 10] = {
+    let mut powers = [1; 10];
+    let mut zeros = 1;
+    while zeros < 10 {
+        powers[zeros] = 10 * powers[zeros - 1];
+        zeros += 1;
+    }
+    powers
+};
+
+/// Appends the digits of a number.
+#[inline]
+fn append_digits(number: u64, row: &mut Vec<u8>) {
+    let short = usize::try_from(number)
+        .ok()
+        .and_then(|number| DIGITS.get(number));
+    let Some([digits @ .., count]) = short else {
+        return append_more_digits(number, row);
+    };
+    // Always append three digits, then cut off the surplus ones.
+    let from = row.len();
+    row.extend_from_slice(digits);
+    row.truncate(from + usize::from(*count));
+}
+
+#[inline(never)]
+fn append_more_digits(number: u64, row: &mut Vec<u8>) {
+    append_digits(number / 1000, row);
+    append_three_digits(number, row);
+}
+
+/// Appends the last three digits of a number.
+#[inline]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the remainder is below 1000"
+)]
+fn append_three_digits(number: u64, row: &mut Vec<u8>) {
+    let [digits @ .., _] = &PADDED[(number % 1000) as usize];
+    row.extend_from_slice(digits);
+}
+
+/// Appends a number with digits after the decimal point.
+#[inline]
+fn append_decimal(number: i128, decimals: u32, row: &mut Vec<u8>) {
     if number < 0 {
         row.push(b'-');
     }
-    let mut buffer = itoa::Buffer::new();
     let digits = match u64::try_from(number.unsigned_abs()) {
-        Ok(number) => buffer.format(number),
-        Err(_) => buffer.format(number.unsigned_abs()),
+        Ok(digits) if decimals <= 9 => digits,
+        _ => return append_long_decimal(number.unsigned_abs(), decimals, row),
     };
-    let whole = digits.len().saturating_sub(decimals);
-    let (before, after) = digits.as_bytes().split_at(whole);
-    row.extend_from_slice(if before.is_empty() { b"0" } else { before });
-    if decimals > 0 {
-        row.push(b'.');
-        row.resize(row.len() + decimals - after.len(), b'0');
-        row.extend_from_slice(after);
+    let unit = POWERS[decimals as usize];
+    append_digits(digits / unit, row);
+    if decimals == 0 {
+        return;
     }
+    row.push(b'.');
+    // Append nine digits, or only the first three if these suffice, then cut off the surplus zeros.
+    let fraction = digits % unit * POWERS[9 - decimals as usize];
+    let end = row.len() + decimals as usize;
+    append_three_digits(fraction / 1_000_000, row);
+    if decimals > 3 {
+        append_three_digits(fraction / 1000, row);
+        append_three_digits(fraction, row);
+    }
+    row.truncate(end);
+}
+
+#[inline(never)]
+fn append_long_decimal(digits: u128, decimals: u32, row: &mut Vec<u8>) {
+    let unit = 10_u128.pow(decimals);
+    let (whole, fraction, width) = (digits / unit, digits % unit, decimals as usize);
+    let point = if decimals > 0 { "." } else { "" };
+    let fraction = if decimals > 0 {
+        format!("{fraction:0width$}")
+    } else {
+        String::new()
+    };
+    row.extend(format!("{whole}{point}{fraction}").bytes());
 }
 
 impl fmt::Display for Value<'_> {

@@ -24,8 +24,9 @@ pub fn is_refused_or_agrees(text: &str) -> Option<usize> {
         }
         Ok(_) => Some(0),
         Err(why) => {
-            let line = text.split('\n').nth(why.line - 1);
-            let columns = 1..=line.expect("that line is there").chars().count() + 1;
+            let mut lines = text.split('\n');
+            let line = lines.nth(why.line - 1).expect("that line is there");
+            let columns = 1..=line.chars().count() + 1;
             assert!(columns.contains(&why.column), "{why}");
             None
         }
