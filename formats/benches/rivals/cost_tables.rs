@@ -2,8 +2,6 @@
 
 use std::error::Error;
 use std::fmt::{self, Write};
-use std::hint::black_box;
-use std::time::Instant;
 
 use framelock::Format;
 use framelock_formats::crsf::Crsf;
@@ -17,7 +15,7 @@ use framelock_formats::ubx::Ubx;
 
 use crate::chip::Program;
 use crate::costs::{self, BYTES, Case, SKIPPED};
-use crate::{mavlink2, tables, valgrind};
+use crate::{tables, valgrind};
 
 const BEGINNING: &str = "\
 # What a byte costs
@@ -130,33 +128,9 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
             )?;
         }
     }
-    checks(&mut text)?;
     most_per_call(&mut text)?;
     hostile_streams(&mut text, &cases)?;
     Ok(text)
-}
-
-/// Measures how fast MAVLink's checksum of the longest frame is computed, without and with a table. The two
-/// computations take turns.
-fn checks(text: &mut String) -> fmt::Result {
-    let frame = [0x55; 278];
-    let mut fastest = [f64::MAX; 2];
-    for _ in 0..2_000 {
-        for (fastest, check) in fastest.iter_mut().zip(mavlink2::CHECKS) {
-            let start = Instant::now();
-            for _ in 0..20 {
-                black_box(check.of(black_box(&frame), None));
-            }
-            *fastest = fastest.min(start.elapsed().as_secs_f64() / 20.0);
-        }
-    }
-    let [plain, tabled] = fastest.map(|seconds| frame.len() as f64 / 1e6 / seconds);
-    writeln!(
-        text,
-        "\n*`pc-crc-table`* is a feature of the formats that adds a table of 16 KiB. MAVLink's CRC alone, over {} bytes, is \
-         computed at {plain:.0} MB/s without the table and at {tabled:.0} MB/s with it.",
-        frame.len()
-    )
 }
 
 /// Returns three costs: that of the clean stream, that of the noise, and the highest cost of all streams. The clean

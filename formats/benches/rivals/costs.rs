@@ -77,7 +77,7 @@ pub(crate) struct Counted {
 
 /// Returns the formats of this workspace.
 pub(crate) fn cases() -> Vec<Case> {
-    let mut cases = vec![
+    vec![
         of_protocol(
             "sbus",
             &sbus::PROTOCOL,
@@ -144,26 +144,7 @@ pub(crate) fn cases() -> Vec<Case> {
             // In the last stream, every fourth byte ends a frame in which only the checksum is wrong.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
-    ];
-    let mavlink = cases
-        .iter_mut()
-        .find(|case| case.format == mavlink2::PROTOCOL.name);
-    mavlink
-        .expect("it is one of them")
-        .contenders
-        .push(Counted {
-            name: "framelock, `pc-crc-table`",
-            on_chip: None,
-            run: Box::new(|stream| {
-                let mut receiver = BufferedReceiver::<_, [u8; 560]>::new(mavlink2::Tabled);
-                for &byte in stream {
-                    if let Some(frame) = receiver.push(byte) {
-                        black_box(&frame.message());
-                    }
-                }
-            }),
-        });
-    cases
+    ]
 }
 
 fn of_protocol<F: Format + 'static, const N: usize>(

@@ -3,11 +3,8 @@
 use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
-use framelock::Format;
-use framelock_formats::layout::{
-    self, Algorithm, CheckedLayout, Checksum, KnownMessage, Layout, Table,
-};
-use framelock_formats::mavlink::{self, Mavlink2};
+use framelock_formats::layout::KnownMessage;
+use framelock_formats::mavlink::Mavlink2;
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
 
@@ -59,64 +56,6 @@ pub(crate) const DIALECT: &[KnownMessage] = &{
 const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
     KnownMessage::with_extra(number as u32, extra, most)
 }
-
-/// MAVLink 2 with the tables that the feature `pc-crc-table` selects.
-#[derive(Clone, Copy)]
-pub(crate) struct Tabled;
-
-const LAYOUT: Layout = mavlink::layout_v2(DIALECT).layout();
-
-/// The checksum of MAVLink 2 without a table, and with a table.
-pub(crate) const CHECKS: [Algorithm; 2] = {
-    let Some(Checksum {
-        algorithm: Algorithm::Crc(crc),
-        ..
-    }) = LAYOUT.checksum
-    else {
-        panic!("MAVLink has a CRC")
-    };
-    let [plain, tabled] = [Table::None, Table::Sixteens(&TABLES)];
-    [
-        Algorithm::Crc(layout::Crc {
-            table: plain,
-            ..crc
-        }),
-        Algorithm::Crc(layout::Crc {
-            table: tabled,
-            ..crc
-        }),
-    ]
-};
-
-static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum {
-    Some(Checksum {
-        algorithm: Algorithm::Crc(crc),
-        ..
-    }) => crc.table_of_sixteens(),
-    _ => panic!("MAVLink has a CRC"),
-};
-
-impl Format for Tabled {
-    framelock_formats::classify_by!(TABLED);
-    type Message<'a> = mavlink::Message<'a>;
-
-    #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> mavlink::Message<'a> {
-        Mavlink2(DIALECT).decode(frame)
-    }
-}
-
-const TABLED: CheckedLayout = match LAYOUT.checksum {
-    Some(checksum) => Layout {
-        checksum: Some(Checksum {
-            algorithm: CHECKS[1],
-            ..checksum
-        }),
-        ..LAYOUT
-    }
-    .checked(),
-    None => panic!("MAVLink has a CRC"),
-};
 
 /// Returns the CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {

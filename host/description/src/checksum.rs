@@ -1,6 +1,6 @@
 //! Checksums by name or by their parameters: the CRCs of the catalogue, and common sums.
 
-use framelock_formats::layout::{Algorithm, Crc, Table};
+use framelock_formats::layout::{Algorithm, Crc};
 use serde::Deserialize;
 
 use crate::kept::kept;
@@ -102,13 +102,13 @@ impl TryFrom<String> for Named {
     }
 }
 
-/// Adds a table of 16 KiB to a CRC, and changes no other algorithm. The table's memory is never freed.
+/// Adds a table of 1 KiB to a CRC, and changes no other algorithm. The table's memory is never freed.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {
-            let tables = kept(crc.table_of_sixteens());
+            let table = kept(crc.remainders());
             Algorithm::Crc(Crc {
-                table: Table::Sixteens(tables),
+                table: Some(table),
                 ..crc
             })
         }

@@ -75,7 +75,7 @@ const MOST_COLUMNS: usize = 10_000;
 
 /// A parsed description.
 ///
-/// The memory of the description's [`format`](Self::format) is never freed: a few hundred bytes, and 16 KiB for each
+/// The memory of the description's [`format`](Self::format) is never freed: a few hundred bytes, and 1 KiB for each
 /// CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
