@@ -30,7 +30,7 @@ impl CheckedLayout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify(&self, bytes: &[u8]) -> Classification {
-        self.classify_after(bytes, 0)
+        self.0.classify_after(bytes, 0)
     }
 
     /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must have
@@ -38,8 +38,7 @@ impl CheckedLayout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.try_classify(bytes, seen)
-            .unwrap_or_else(|classification| classification)
+        self.0.classify_after(bytes, seen)
     }
 
     /// Classifies incomplete bytes that a line event follows. A line event completes no frame of a layout, so the
@@ -47,14 +46,34 @@ impl CheckedLayout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
-        let _ = (bytes, event);
-        Classification::Rejected(DiscardReason::LineEvent)
+        self.0.classify_before(bytes, event)
     }
 
     /// Returns true if a frame can begin with this byte.
     #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
+        self.0.starts(byte)
+    }
+}
+
+// MAVLink's formats use these functions of the unchecked layout. If they wrapped a layout that has messages of their own
+// in a `CheckedLayout` for each byte, the compiler would not specialise the code for the layout.
+impl Layout<'_> {
+    #[inline(always)]
+    pub(crate) fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.try_classify(bytes, seen)
+            .unwrap_or_else(|classification| classification)
+    }
+
+    #[inline(always)]
+    pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let _ = (bytes, event);
+        Classification::Rejected(DiscardReason::LineEvent)
+    }
+
+    #[inline(always)]
+    pub(crate) fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
         // The first five syncs are tested without a loop. For a constant layout, these tests compile to five
@@ -62,10 +81,8 @@ impl CheckedLayout<'_> {
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
-}
 
-impl Layout<'_> {
-    /// Does the same as [`classify_after`](CheckedLayout::classify_after). If the header alone decides the classification,
+    /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
     /// returns the classification as an error, for use with `?`.
     #[inline(always)]
     fn try_classify(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {

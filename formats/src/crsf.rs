@@ -1,10 +1,7 @@
 //! TBS's Crossfire protocol, which ExpressLRS uses too.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
 use crate::layout::{
     Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns, Table,
 };
@@ -97,19 +94,6 @@ impl Format for Crsf {
             },
             _ => Message::default(),
         }
-    }
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `type 0x0B, address 0xC8: 00 EC`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "type {:#04X}, address {:#04X}{}",
-            self.kind,
-            self.address,
-            Hex(self.payload)
-        )
     }
 }
 

@@ -1,7 +1,5 @@
 //! UBX, NMEA and RTCM 3 on one line.
 
-use core::fmt;
-
 use framelock::Format;
 
 use crate::layout::{CheckedLayout, Layout};
@@ -37,17 +35,6 @@ pub enum Message<'a> {
     Nmea(&'a [u8]),
     /// An RTCM 3 frame.
     Rtcm(rtcm::Message<'a>),
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line: `UBX class 0x05, id 0x01: 06 01`, `NMEA GPTXT,01,01,02,ok` or `RTCM message 1077: 43 50 00`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Ubx(message) => write!(f, "UBX {message}"),
-            Self::Nmea(sentence) => write!(f, "NMEA {}", sentence.escape_ascii()),
-            Self::Rtcm(message) => write!(f, "RTCM {message}"),
-        }
-    }
 }
 
 impl<const LONGEST: usize> Gnss<LONGEST> {

@@ -135,7 +135,6 @@ mod dialects;
 mod example;
 mod format_laws;
 pub mod gnss;
-mod hex;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;
@@ -204,7 +203,7 @@ macro_rules! classify_by {
 
 /// Writes `parts` one after another to the front of `into`, and [seals](CheckedLayout::seal) them. Returns the frame.
 fn write<'b>(
-    layout: &CheckedLayout,
+    layout: &Layout,
     into: &'b mut [u8],
     parts: &[&[u8]],
 ) -> Result<&'b [u8], EncodeError> {

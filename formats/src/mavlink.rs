@@ -1,11 +1,8 @@
 //! MAVLink 1 and 2.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
 pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
-use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, FixedBits, KnownMessage, Layout, Length,
     LengthField, Messages, Number, Patterns, Trailer,
@@ -35,31 +32,13 @@ const CHECKSUM: Option<Checksum<'static>> = Some(Checksum {
     ..Checksum::at_the_end(2)
 });
 
-/// The number of a message in the header.
-const NUMBER_V1: Number = Number::byte(5);
-const NUMBER_V2: Number = Number::new(7, 3, ByteOrder::Little);
-
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
 /// Panics if the messages are not in ascending order of their numbers, or if none of the numbers is below 256.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> CheckedLayout<'_> {
-    Layout {
-        sync: Patterns::one(&[0xFE]),
-        length: Length::Field(LengthField {
-            plus: 8,
-            ..LengthField::byte(1)
-        }),
-        longest: 263,
-        messages: Some(Messages {
-            number: NUMBER_V1,
-            known: messages,
-        }),
-        checksum: CHECKSUM,
-        ..Layout::NONE
-    }
-    .checked()
+    unchecked_v1(messages).checked()
 }
 
 /// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
@@ -68,12 +47,37 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> CheckedLayout<'_> {
 /// Panics if the messages are not in ascending order of their numbers, or if there are no messages.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> CheckedLayout<'_> {
+    unchecked_v2(messages).checked()
+}
+
+#[inline(always)]
+const fn unchecked_v1(known: &[KnownMessage]) -> Layout<'_> {
+    Layout {
+        sync: Patterns::one(&[0xFE]),
+        length: Length::Field(LengthField {
+            plus: 8,
+            ..LengthField::byte(1)
+        }),
+        shortest: 8,
+        longest: 263,
+        messages: Some(Messages {
+            number: Number::byte(5),
+            known,
+        }),
+        checksum: CHECKSUM,
+        ..Layout::NONE
+    }
+}
+
+#[inline(always)]
+const fn unchecked_v2(known: &[KnownMessage]) -> Layout<'_> {
     Layout {
         sync: Patterns::one(&[0xFD]),
         length: Length::Field(LengthField {
             plus: 12,
             ..LengthField::byte(1)
         }),
+        shortest: 12,
         longest: 280,
         fixed: const {
             &[FixedBits {
@@ -83,8 +87,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> CheckedLayout<'_> {
             }]
         },
         messages: Some(Messages {
-            number: NUMBER_V2,
-            known: messages,
+            number: Number::new(7, 3, ByteOrder::Little),
+            known,
         }),
         checksum: CHECKSUM,
         trailer: Some(Trailer {
@@ -94,25 +98,12 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> CheckedLayout<'_> {
         }),
         ..Layout::NONE
     }
-    .checked()
 }
 
-/// Both layouts are checked at compile time, with a placeholder message. For each byte, a format only replaces the
-/// placeholder with its own messages, and does not check the layout again.
+/// Both layouts are checked at compile time, with a placeholder message. A format has its own messages, and does not
+/// check the layout again for each byte.
 const MAVLINK1: CheckedLayout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: CheckedLayout<'static> = layout_v2(&[KnownMessage::new(0)]);
-
-#[inline(always)]
-const fn with_messages<'a>(
-    layout: CheckedLayout<'static>,
-    number: Number,
-    known: &'a [KnownMessage],
-) -> CheckedLayout<'a> {
-    CheckedLayout(Layout {
-        messages: Some(Messages { number, known }),
-        ..layout.0
-    })
-}
 
 /// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
 /// header announces it.
@@ -188,33 +179,8 @@ pub struct Signature<'a> {
     pub signed: &'a [u8],
 }
 
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `message 30, sequence 7, system 1, component 1, signed: 00 10`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let signed = if self.signature.is_some() {
-            ", signed"
-        } else {
-            ""
-        };
-        let Self {
-            sequence,
-            system,
-            component,
-            id,
-            ..
-        } = self;
-        write!(
-            f,
-            "message {id}, sequence {sequence}, system {system}, component {component}"
-        )?;
-        write!(f, "{signed}{}", Hex(self.payload))
-    }
-}
-
 impl Format for Mavlink1<'_> {
-    crate::classify_by!(MAVLINK1, |format| with_messages(
-        MAVLINK1, NUMBER_V1, format.0
-    ));
+    crate::classify_by!(MAVLINK1, |format| unchecked_v1(format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -236,9 +202,7 @@ impl Format for Mavlink1<'_> {
 }
 
 impl Format for Mavlink2<'_> {
-    crate::classify_by!(MAVLINK2, |format| with_messages(
-        MAVLINK2, NUMBER_V2, format.0
-    ));
+    crate::classify_by!(MAVLINK2, |format| unchecked_v2(format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -287,7 +251,7 @@ impl EncodeInto for Mavlink1<'_> {
         let id = u8::try_from(message.id).map_err(|_| EncodeError::InvalidMessage)?;
         let head = [0, 0, message.sequence, system, component, id];
         crate::write(
-            &with_messages(MAVLINK1, NUMBER_V1, self.0),
+            &unchecked_v1(self.0),
             into,
             &[&head, message.payload, &[0, 0]],
         )
@@ -313,10 +277,6 @@ impl EncodeInto for Mavlink2<'_> {
             return Err(EncodeError::InvalidMessage);
         };
         let head = [0, 0, 0, 0, message.sequence, system, component, a, b, c];
-        crate::write(
-            &with_messages(MAVLINK2, NUMBER_V2, self.0),
-            into,
-            &[&head, payload, &[0, 0]],
-        )
+        crate::write(&unchecked_v2(self.0), into, &[&head, payload, &[0, 0]])
     }
 }

@@ -1,10 +1,7 @@
 //! RTCM 3, corrections for satellite receivers.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, FixedBits, Layout, Length,
     LengthField, Number, Patterns,
@@ -65,16 +62,6 @@ pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 pub struct Message<'a> {
     /// The payload, 0 to 1 023 bytes. A field may have any number of bits, and its highest bit comes first.
     pub payload: &'a [u8],
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `message 1077: 43 50 00`, or `no message` if the payload is too short for a number.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.number() {
-            Some(number) => write!(f, "message {number}{}", Hex(self.payload)),
-            None => write!(f, "no message{}", Hex(self.payload)),
-        }
-    }
 }
 
 impl Message<'_> {

@@ -1,7 +1,5 @@
 //! Futaba's SBUS.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{CheckedLayout, FixedBits, Layout, Patterns};
@@ -62,20 +60,6 @@ pub struct Message {
     /// True if the radio has lost its transmitter. The channels then have the failsafe values that are configured in
     /// the radio.
     pub failsafe: bool,
-}
-
-impl fmt::Display for Message {
-    /// Writes one line, as in `channels: 992 172 [...] 992, digital: on off, frame lost, failsafe`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("channels:")?;
-        for channel in self.channels {
-            write!(f, " {channel}")?;
-        }
-        let [seventeen, eighteen] = self.digital.map(|it| if it { "on" } else { "off" });
-        write!(f, ", digital: {seventeen} {eighteen}")?;
-        f.write_str(if self.frame_lost { ", frame lost" } else { "" })?;
-        f.write_str(if self.failsafe { ", failsafe" } else { "" })
-    }
 }
 
 impl Format for Sbus {

@@ -14,12 +14,16 @@ impl CheckedLayout<'_> {
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
-        self.write(frame);
-        self.classify(frame) == Classification::Frame(frame.len())
+        self.0.seal(frame)
     }
 }
 
 impl Layout<'_> {
+    pub(crate) fn seal(&self, frame: &mut [u8]) -> bool {
+        self.write(frame);
+        self.classify_after(frame, 0) == Classification::Frame(frame.len())
+    }
+
     pub(crate) fn write(&self, frame: &mut [u8]) {
         self.sync.write(frame, 0);
         let trailer = self.trailer.map_or(0, |it| it.bytes_after(frame));

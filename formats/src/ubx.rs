@@ -1,10 +1,7 @@
 //! u-blox's UBX.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
@@ -64,19 +61,6 @@ pub struct Message<'a> {
     pub id: u8,
     /// The payload. Its numbers are little endian.
     pub payload: &'a [u8],
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `class 0x05, id 0x01: 06 01`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "class {:#04X}, id {:#04X}{}",
-            self.class,
-            self.id,
-            Hex(self.payload)
-        )
-    }
 }
 
 impl<const LONGEST: usize> Ubx<LONGEST> {
