@@ -51,9 +51,9 @@ pub fn frame(
         Length::Fixed => layout.longest,
         // The next length that the field can state.
         Length::Field(field) => {
-            let (plus, factor) = (i64::from(field.plus), i64::from(field.factor));
-            let is_stated = |length: &usize| (*length as i64 - plus) % factor == 0;
-            (wanted..).find(is_stated).unwrap_or(wanted)
+            let (plus, factor) = (i128::from(field.plus), i128::from(field.factor));
+            let is_stated = |length: &usize| (*length as i128 - plus) % factor == 0;
+            (wanted..=layout.longest).find(is_stated).unwrap_or(wanted)
         }
         _ => wanted,
     };
