@@ -66,6 +66,10 @@ impl Layout<'_> {
             .unwrap_or_else(|classification| classification)
     }
 
+    #[allow(
+        clippy::unused_self,
+        reason = "the macro `classify_by!` calls a method"
+    )]
     #[inline(always)]
     pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
         let _ = (bytes, event);

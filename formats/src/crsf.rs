@@ -3,18 +3,12 @@
 use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{
-    Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns, Table,
+    Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns,
 };
 use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 
 /// CRC-8/DVB-S2.
 const CRC: Crc = Crc::new(8, 0xD5);
-
-/// The table of the CRC. The feature `pc-crc-table` selects the larger tables, which are faster on a PC.
-#[cfg(feature = "pc-crc-table")]
-const TABLE: Table = Table::Sixteens(&CRC.table_of_sixteens());
-#[cfg(not(feature = "pc-crc-table"))]
-const TABLE: Table = Table::Bytes(&CRC.table_of_bytes());
 
 /// The layout of a CRSF frame: see [`Crsf`].
 pub const LAYOUT: CheckedLayout<'static> = Layout {
@@ -33,7 +27,7 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
     longest: 64,
     checksum: Some(Checksum {
         algorithm: Algorithm::Crc(Crc {
-            table: TABLE,
+            table: Some(&CRC.remainders()),
             ..CRC
         }),
         from: 2,

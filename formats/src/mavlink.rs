@@ -16,18 +16,9 @@ const CRC: Crc<'static> = Crc {
     ..Crc::new(16, 0x1021)
 };
 
-/// The CRC, with a table if the feature `pc-crc-table` is on.
-#[cfg(feature = "pc-crc-table")]
-const TABLED: Crc<'static> = Crc {
-    table: crate::layout::Table::Sixteens(&CRC.table_of_sixteens()),
-    ..CRC
-};
-#[cfg(not(feature = "pc-crc-table"))]
-const TABLED: Crc<'static> = CRC;
-
 /// MAVLink's checksum, which covers all bytes before it except the first.
 const CHECKSUM: Option<Checksum<'static>> = Some(Checksum {
-    algorithm: Algorithm::Crc(TABLED),
+    algorithm: Algorithm::Crc(CRC),
     from: 1,
     ..Checksum::at_the_end(2)
 });
@@ -116,7 +107,7 @@ const MAVLINK2: CheckedLayout<'static> = layout_v2(&[KnownMessage::new(0)]);
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
 /// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is
-/// computed without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
+/// computed without a table.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.

@@ -98,8 +98,9 @@ pub struct Crc<'a> {
     pub reflected_out: bool,
     /// The number that the result is xored with: `xorout`.
     pub xor_out: u32,
-    /// The table. It takes flash, but saves time.
-    pub table: Table<'a>,
+    /// The table: the [`remainders`](Self::remainders) of the same CRC. It takes 1 KiB of flash, but saves time. Without a
+    /// table, the CRC is computed bit by bit.
+    pub table: Option<&'a [u32; 256]>,
 }
 
 impl Crc<'_> {
@@ -114,20 +115,7 @@ impl Crc<'_> {
             reflected_in: false,
             reflected_out: false,
             xor_out: 0,
-            table: Table::None,
+            table: None,
         }
     }
-}
-
-/// A table with the CRC remainder of each byte. Functions such as [`Crc::table_of_bytes`] compute it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Table<'a> {
-    /// No table: the CRC is computed bit by bit.
-    None,
-    /// A table for a CRC of 8 bits. It takes 256 bytes.
-    Bytes(&'a [u8; 256]),
-    /// A table for any CRC. It takes 1 KiB.
-    Words(&'a [u32; 256]),
-    /// Tables for any CRC, to process sixteen bytes in each step on a PC. They take 16 KiB.
-    Sixteens(&'a [[u32; 256]; 16]),
 }

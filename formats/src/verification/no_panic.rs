@@ -66,8 +66,7 @@ fn in_writing_a_checksum() {
     kani::cover!(sum.write(&mut bytes, kani::any(), any_extra()), "written");
 }
 
-/// Computes a CRC bit by bit, MAVLink's CRC in steps of four bytes, and a CRC with tables in steps of sixteen, four and
-/// one bytes.
+/// Computes a CRC bit by bit, MAVLink's CRC in steps of four bytes, and a CRC with a table.
 #[kani::proof]
 #[kani::unwind(22)]
 fn in_a_crc() {
@@ -80,8 +79,8 @@ fn in_a_crc() {
             ..crc
         };
         let _ = mavlink.result(mavlink.update(kani::any(), &kani::any::<[u8; 6]>()));
-        let table = Table::Sixteens(&[[0; 256]; 16]);
-        let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 21]>());
+        let table = Some(&[0; 256]);
+        let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 2]>());
         kani::cover!(crc.reflected_in, "either");
     }
 }

@@ -70,7 +70,7 @@ pub enum Mistake {
     #[error("{0}")]
     Toml(String),
     /// A table has a key that means nothing.
-    #[error("unknown field `{name}`{}; expected one of {}", nearest(.name, .known), .known.join(", "))]
+    #[error("unknown field `{name}`{}; expected one of `{}`", nearest(.name, .known), .known.join("`, `"))]
     UnknownKey {
         /// The key.
         name: String,

@@ -141,10 +141,6 @@ fn append_more_digits(number: u64, row: &mut Vec<u8>) {
 
 /// Appends the last three digits of a number.
 #[inline]
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the remainder is below 1000"
-)]
 fn append_three_digits(number: u64, row: &mut Vec<u8>) {
     let [digits @ .., _] = &PADDED[(number % 1000) as usize];
     row.extend_from_slice(digits);

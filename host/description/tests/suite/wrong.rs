@@ -55,7 +55,7 @@ const WRONG: &str = r#"
     sync = "24 25"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le" }] => 3:30: a overlaps the sync
     sync = "24"\nlength_field = { at = 1, type = "u16be", mask = 0x03FF }\nlongest = 20\nfields = [{ name = "a", at = 1, bit = 1, bits = 2 }] => 4:30: a overlaps the length
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nfields = [{ name = "a", at = 2, type = "u16le" }] => 4:30: a overlaps the checksum
-    any_of = ["ubx"]\nlenght = 4 => 2:1: unknown field `lenght`; expected one of any_of, kinds
+    any_of = ["ubx"]\nlenght = 4 => 2:1: unknown field `lenght`; expected one of `any_of`, `kinds`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8" }] => 3:11: two values are called a
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", count = 2 }, { name = "a1", at = 3, type = "u8" }] => 3:11: two values are called a1
     sync = "24"\nlength = 4\nfields = [{ name = "time", at = 1, type = "u8" }] => 3:20: offset, length, time are the names of other columns
