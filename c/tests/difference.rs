@@ -415,6 +415,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
     let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync.each()).collect();
     let (mut steps, mut count) = (Vec::new(), 0);
     let (mut changes, mut slices, mut polls) = ([0; 24], HashSet::new(), 0);
+    let mut events = 0;
     while count < bytes {
         let mut piece = pool.choose(random).unwrap().clone();
         let at = random.random_range(0..piece.len());
@@ -453,8 +454,12 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             steps.extend(piece.iter().flat_map(|byte| [0, *byte]));
         }
         match random.random_range(0..40) {
-            0..5 => steps.extend([1, random.random_range(0..5)]),
-            5..8 => {
+            0..10 => {
+                // Each sort of event occurs even in a short stream.
+                steps.extend([1, events]);
+                events = (events + 1) % 5;
+            }
+            10..13 => {
                 polls += 1;
                 steps.push(2);
             }
