@@ -451,6 +451,6 @@ fn six_axes() {
     let axes = [1, 0x0102, 0xFFFF, 0x8000, 0x0D0A, 0x0A0D];
     assert_eq!(SixAxes::encode(axes), frame);
     let mut receiver = Receiver::<SixAxes>::new();
-    let received = frame.iter().find_map(|&byte| receiver.push(byte));
-    assert_eq!(received, Some(axes));
+    let found = frame.iter().find_map(|&byte| receiver.push(byte));
+    assert_eq!(found, Some(axes));
 }
