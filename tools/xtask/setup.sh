@@ -2,7 +2,7 @@
 # if everything is there, and fails if something cannot be installed. Tools are installed into $target/tools.
 
 # Prints the way that was chosen. `cargo xtask verify` repeats it in its summary.
-note() { echo "note: $*" >&3; }
+note() { echo "stage note: $*" >&3; }
 
 have() { for command; do command -v "$command" >/dev/null || return 1; done; }
 

@@ -132,7 +132,7 @@ impl Prover {
             (None, Err(why)) => (Engine::Offline, format!("the offline prover, since {why}")),
             (Some(Engine::Offline), _) => (Engine::Offline, "the offline prover".to_owned()),
         };
-        println!("note: {says}");
+        println!("stage note: {says}");
         Ok(Self {
             engine,
             timeout: 600,

@@ -181,7 +181,7 @@ struct Report {
 
 impl Report {
     fn read(&mut self, line: &str) {
-        if let Some(note) = line.strip_prefix("note: ") {
+        if let Some(note) = line.strip_prefix("stage note: ") {
             if !self.notes.iter().any(|known| known == note) {
                 self.notes.push(note.to_owned());
             }
