@@ -69,11 +69,14 @@ impl Crc<'_> {
     fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
         bytes.iter().fold(register, |register, byte| {
             let [lowest, .., highest] = register.to_le_bytes();
-            if self.reflected_in {
-                remainder(lowest ^ byte) ^ register >> 8
+            let (out, rest) = if self.reflected_in {
+                (lowest, register >> 8)
             } else {
-                remainder(highest ^ byte) ^ register << 8
-            }
+                (highest, register << 8)
+            };
+            // Of a CRC of 8 bits no bits remain. If the width is constant, this saves an instruction.
+            let rest = if self.width == 8 { 0 } else { rest };
+            remainder(out ^ byte) ^ rest
         })
     }
 
