@@ -1,6 +1,6 @@
 //! Checksums by name or by their parameters: the CRCs of the catalogue, and common sums.
 
-use framelock_formats::layout::{Algorithm, Crc};
+use framelock_formats::layout::{Algorithm, Crc, Table};
 use serde::Deserialize;
 
 use crate::kept::kept;
@@ -106,9 +106,9 @@ impl TryFrom<String> for Named {
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {
-            let table = kept(crc.remainders());
+            let table = kept(crc.table_of_words());
             Algorithm::Crc(Crc {
-                table: Some(table),
+                table: Table::Words(table),
                 ..crc
             })
         }
