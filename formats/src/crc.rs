@@ -3,7 +3,7 @@
 //! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest
 //! bits of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.
 
-use crate::layout::Crc;
+use crate::layout::{Crc, Table};
 
 impl Crc<'_> {
     /// Returns the initial value of the register.
@@ -15,12 +15,14 @@ impl Crc<'_> {
     /// Returns the register after processing these bytes.
     #[inline(always)]
     pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
+        let shift = if self.reflected_in { 0 } else { 24 };
         match self.table {
-            Some(table) => self.run(register, bytes, |byte| {
-                table.get(usize::from(byte)).copied().unwrap_or_default()
+            Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
+            Table::None => self.run(register, bytes, |byte| self.remainder(byte)),
+            Table::Bytes(table) => self.run(register, bytes, |byte| {
+                u32::from(entry(table, byte)) << shift
             }),
-            None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
-            None => self.run(register, bytes, |byte| self.remainder(byte)),
+            Table::Words(table) => self.run(register, bytes, |byte| entry(table, byte)),
         }
     }
 
@@ -36,17 +38,19 @@ impl Crc<'_> {
         crc ^ self.xor_out
     }
 
-    /// Computes the table: the remainder of each byte.
+    /// Computes the table of an 8-bit CRC, for [`Table::Bytes`].
     #[must_use]
-    pub const fn remainders(&self) -> [u32; 256] {
+    pub const fn table_of_bytes(&self) -> [u8; 256] {
         let mut table = [0; 256];
-        let mut rest: &mut [_] = &mut table;
-        let mut byte = 0_u8;
-        while let Some((place, behind)) = rest.split_first_mut() {
-            *place = self.remainder(byte);
-            byte = byte.wrapping_add(1);
-            rest = behind;
-        }
+        fill!(table, byte => self.narrow(byte));
+        table
+    }
+
+    /// Computes the table of a CRC of any width, for [`Table::Words`].
+    #[must_use]
+    pub const fn table_of_words(&self) -> [u32; 256] {
+        let mut table = [0; 256];
+        fill!(table, byte => self.remainder(byte));
         table
     }
 
@@ -69,11 +73,14 @@ impl Crc<'_> {
     fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
         bytes.iter().fold(register, |register, byte| {
             let [lowest, .., highest] = register.to_le_bytes();
-            if self.reflected_in {
-                remainder(lowest ^ byte) ^ register >> 8
+            let (out, rest) = if self.reflected_in {
+                (lowest, register >> 8)
             } else {
-                remainder(highest ^ byte) ^ register << 8
-            }
+                (highest, register << 8)
+            };
+            // Of a CRC of 8 bits no bits remain. If the width is constant, this saves an instruction.
+            let rest = if self.width == 8 { 0 } else { rest };
+            remainder(out ^ byte) ^ rest
         })
     }
 
@@ -99,10 +106,35 @@ impl Crc<'_> {
         register
     }
 
+    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC.
+    pub(crate) const fn narrow(&self, byte: u8) -> u8 {
+        let [lowest, .., highest] = self.remainder(byte).to_le_bytes();
+        if self.reflected_in { lowest } else { highest }
+    }
+
     const fn is_mcrf4xx(&self) -> bool {
         self.width == 16 && self.polynomial == 0x1021 && self.reflected_in
     }
 }
+
+#[inline]
+fn entry<T: Copy + Default>(table: &[T; 256], byte: u8) -> T {
+    table.get(usize::from(byte)).copied().unwrap_or_default()
+}
+
+/// Fills a table by computing each entry from its index.
+macro_rules! fill {
+    ($table:ident, $byte:ident => $entry:expr) => {
+        let mut rest: &mut [_] = &mut $table;
+        let mut $byte = 0_u8;
+        while let Some((place, behind)) = rest.split_first_mut() {
+            *place = $entry;
+            $byte = $byte.wrapping_add(1);
+            rest = behind;
+        }
+    };
+}
+use fill;
 
 /// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX. Processes four bytes in each step, without a table.
 ///

@@ -3,7 +3,7 @@
 use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{
-    Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns,
+    Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns, Table,
 };
 use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 
@@ -27,7 +27,7 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
     longest: 64,
     checksum: Some(Checksum {
         algorithm: Algorithm::Crc(Crc {
-            table: Some(&CRC.remainders()),
+            table: Table::Bytes(&CRC.table_of_bytes()),
             ..CRC
         }),
         from: 2,

@@ -8,7 +8,7 @@ use core::ops::Deref;
 
 use check::least;
 pub use check::{Contradiction, Part};
-pub use checksum::{Algorithm, Checksum, Crc, Encoding};
+pub use checksum::{Algorithm, Checksum, Crc, Encoding, Table};
 pub use parts::{
     ByteOrder, FixedBits, KnownMessage, Length, LengthField, Messages, Number, Patterns, Trailer,
 };

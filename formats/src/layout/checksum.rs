@@ -98,9 +98,8 @@ pub struct Crc<'a> {
     pub reflected_out: bool,
     /// The number that the result is xored with: `xorout`.
     pub xor_out: u32,
-    /// The table: the [`remainders`](Self::remainders) of the same CRC. It takes 1 KiB of flash, but saves time. Without a
-    /// table, the CRC is computed bit by bit.
-    pub table: Option<&'a [u32; 256]>,
+    /// The table. It takes flash, but saves time.
+    pub table: Table<'a>,
 }
 
 impl Crc<'_> {
@@ -115,7 +114,18 @@ impl Crc<'_> {
             reflected_in: false,
             reflected_out: false,
             xor_out: 0,
-            table: None,
+            table: Table::None,
         }
     }
+}
+
+/// A table with the CRC remainder of each byte.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Table<'a> {
+    /// No table: the CRC is computed bit by bit.
+    None,
+    /// A table for a CRC of 8 bits, which [`Crc::table_of_bytes`] computes. It takes 256 bytes.
+    Bytes(&'a [u8; 256]),
+    /// A table for any CRC, which [`Crc::table_of_words`] computes. It takes 1 KiB.
+    Words(&'a [u32; 256]),
 }

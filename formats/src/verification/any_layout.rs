@@ -4,7 +4,7 @@ use framelock::any_format::{any_up_to, part};
 
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
-    LengthField, Messages, Number, Patterns, Trailer,
+    LengthField, Messages, Number, Patterns, Table, Trailer,
 };
 
 /// The parts that a layout borrows: up to `F` fixed bits and `M` messages.
@@ -100,7 +100,7 @@ pub(super) fn any_checksum() -> Checksum<'static> {
                 reflected_in: kani::any(),
                 reflected_out: kani::any(),
                 xor_out: kani::any(),
-                table: None,
+                table: Table::None,
             }),
         },
         bytes: kani::any(),

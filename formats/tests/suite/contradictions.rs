@@ -4,7 +4,7 @@
 use framelock::{BufferedReceiver, DiscardReason, Format};
 use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
-    LengthField, Messages, Number, Part, Patterns, Trailer,
+    LengthField, Messages, Number, Part, Patterns, Table, Trailer,
 };
 use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON, layout_v1, layout_v2};
 use framelock_formats::motion::BIN_CRC8;
@@ -114,8 +114,8 @@ const KNOWN: [KnownMessage; 3] = [
     KnownMessage::new(300),
 ];
 
-const OF_8: [u32; 256] = Crc::new(8, 7).remainders();
-const OF_16: [u32; 256] = Crc::new(16, 7).remainders();
+const OF_8: [u8; 256] = Crc::new(8, 7).table_of_bytes();
+const OF_16: [u32; 256] = Crc::new(16, 7).table_of_words();
 
 /// Each entry has a layout that contradicts itself, the part that the error must name, the beginning of the error's
 /// message, and a similar layout without the contradiction.
@@ -182,9 +182,10 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
     (crc(1, Crc { initial: 0x100, ..Crc::new(8, 7) }), Part::Checksum, "checksum: the polynomial, the initial or", crc(1, Crc { initial: 0xFF, ..Crc::new(8, 7) })),
     (crc(1, Crc { xor_out: 0x100, ..Crc::new(8, 7) }), Part::Checksum, "checksum: the polynomial, the initial or", crc(1, Crc { xor_out: 0xFF, ..Crc::new(8, 7) })),
     (crc(1, Crc::new(8, 0)), Part::Checksum, "checksum: the polynomial is 0", crc(1, Crc::new(8, 1))),
-    (crc(1, Crc { table: Some(&OF_8), ..Crc::new(8, 9) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc { table: Some(&Crc::new(8, 9).remainders()), ..Crc::new(8, 9) })),
-    (crc(2, Crc { reflected_in: true, reflected_out: true, table: Some(&OF_16), ..Crc::new(16, 7) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(2, Crc { table: Some(&OF_16), ..Crc::new(16, 7) })),
-    (crc(1, Crc { reflected_in: true, reflected_out: true, table: Some(&OF_8), ..Crc::new(8, 7) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc { reflected_in: true, reflected_out: true, table: Some(&Crc { reflected_in: true, reflected_out: true, ..Crc::new(8, 7) }.remainders()), ..Crc::new(8, 7) })),
+    (crc(2, Crc { table: Table::Bytes(&OF_8), ..Crc::new(16, 7) }), Part::Checksum, "checksum: a table of bytes is only for a CRC of 8", crc(1, Crc { table: Table::Bytes(&OF_8), ..Crc::new(8, 7) })),
+    (crc(1, Crc { table: Table::Bytes(&OF_8), ..Crc::new(8, 9) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc { table: Table::Bytes(&Crc::new(8, 9).table_of_bytes()), ..Crc::new(8, 9) })),
+    (crc(2, Crc { reflected_in: true, reflected_out: true, table: Table::Words(&OF_16), ..Crc::new(16, 7) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(2, Crc { table: Table::Words(&OF_16), ..Crc::new(16, 7) })),
+    (crc(1, Crc { reflected_in: true, reflected_out: true, table: Table::Bytes(&OF_8), ..Crc::new(8, 7) }), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc { reflected_in: true, reflected_out: true, table: Table::Bytes(&Crc { reflected_in: true, reflected_out: true, ..Crc::new(8, 7) }.table_of_bytes()), ..Crc::new(8, 7) })),
     (sum(Checksum { at: 4, ..CHECKSUM }), Part::Checksum, "checksum: it is outside of the shortest", sum(Checksum { at: 3, to: 2, ..CHECKSUM })),
     (sum(Checksum { encoding: Encoding::Hex, ..CHECKSUM }), Part::Checksum, "checksum: it is outside of the shortest", sum(Checksum { encoding: Encoding::Hex, at: -2, to: -3, ..CHECKSUM })),
     (Layout { checksum: Some(Checksum { at: -12, ..Checksum::at_the_end(1) }), ..FIXED }, Part::Checksum, "checksum: it is outside of the shortest", Layout { checksum: Some(Checksum { at: -2, to: -3, ..Checksum::at_the_end(1) }), ..FIXED }),

@@ -1,7 +1,7 @@
 //! Checks the formats against independent crates. Each side must decode the other side's frames to the same values.
 
 use framelock::{Encode as _, EncodeInto, Receiver};
-use framelock_formats::layout::{Algorithm, Crc};
+use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
     crsf::{Crsf, Message as CrsfMessage},
     ibus::Ibus,
@@ -81,8 +81,8 @@ proptest! {
             (of_24_bits, crc::Crc::<u32>::new(&OF_24_BITS).checksum(&bytes)),
             (of_32_bits, crc::Crc::<u32>::new(&crc::CRC_32_BZIP2).checksum(&bytes)),
         ] {
-            let remainders = crc.remainders();
-            for table in [None, Some(&remainders)] {
+            let words = crc.table_of_words();
+            for table in [Table::None, Table::Words(&words)] {
                 prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
             }
         }
@@ -96,9 +96,9 @@ proptest! {
             (0x07, true, &crc::CRC_8_ROHC),
         ] {
             let crc = Crc { initial: 0xFF, reflected_in: reflected, reflected_out: reflected, ..Crc::new(8, polynomial) };
-            let remainders = crc.remainders();
+            let (narrow, words) = (crc.table_of_bytes(), crc.table_of_words());
             let expected = crc::Crc::<u8>::new(theirs);
-            for table in [None, Some(&remainders)] {
+            for table in [Table::None, Table::Bytes(&narrow), Table::Words(&words)] {
                 let algorithm = Algorithm::Crc(Crc { table, ..crc });
                 prop_assert_eq!(algorithm.of(&bytes, None), expected.checksum(&bytes).into());
                 prop_assert_eq!(algorithm.of(&bytes, Some(extra)), expected.checksum(&all).into());

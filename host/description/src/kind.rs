@@ -209,7 +209,7 @@ impl Kind {
         if let Some(layout::Algorithm::Crc(crc)) = checksum.map(|checksum| checksum.algorithm)
             && (8..=32).contains(&crc.width)
         {
-            parts.table = Some(Box::new(crc.remainders()));
+            parts.table = Some(Box::new(crc.table_of_words()));
         }
         let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
             let span = span_of(contradiction.part, table, &fields, &owners);

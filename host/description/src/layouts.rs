@@ -7,7 +7,7 @@ use framelock::{Classification, Format, LineEvent};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::{
     Algorithm, CheckedLayout, Checksum, Contradiction, Crc, FixedBits, KnownMessage, Layout,
-    Length, Messages, Number, Patterns, Trailer,
+    Length, Messages, Number, Patterns, Table, Trailer,
 };
 use self_cell::self_cell;
 
@@ -42,7 +42,7 @@ impl Parts {
             match (checksum.algorithm, &self.table) {
                 (Algorithm::Crc(crc), Some(table)) => Checksum {
                     algorithm: Algorithm::Crc(Crc {
-                        table: Some(table),
+                        table: Table::Words(table),
                         ..crc
                     }),
                     ..checksum

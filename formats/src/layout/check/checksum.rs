@@ -1,7 +1,7 @@
 //! Checks a layout's checksum.
 
 use super::{get, reject_if};
-use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, index};
+use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, Table, index};
 
 const OUTSIDE: &str = "checksum: it is outside of the shortest or the longest frame: change at, or count it from the other end";
 const NOT_COVERED: &str = "checksum: the bytes that it covers are outside of the shortest or the longest frame, or from is after to";
@@ -102,14 +102,22 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
         Part::Checksum,
         "checksum: the polynomial is 0, which detects no wrong byte"
     );
+    reject_if!(
+        matches!(crc.table, Table::Bytes(_)) && crc.width != 8,
+        Part::Checksum,
+        "checksum: a table of bytes is only for a CRC of 8 bits: give a table of words"
+    );
     // In a correct table, the entry of this byte is the polynomial, so the table of another polynomial has another
     // entry here.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
     let is_its_own = match crc.table {
-        Some(table) => {
+        Table::None => true,
+        Table::Bytes(table) => {
+            matches!(get(table, byte as usize), Some(entry) if entry == crc.narrow(byte))
+        }
+        Table::Words(table) => {
             matches!(get(table, byte as usize), Some(entry) if entry == crc.remainder(byte))
         }
-        None => true,
     };
     reject_if!(
         !is_its_own,

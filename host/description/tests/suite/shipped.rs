@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use framelock_description::{Description, SHIPPED};
-use framelock_formats::layout::{Algorithm, Checksum};
+use framelock_formats::layout::{Algorithm, Checksum, Table};
 use framelock_formats::{
     CheckedLayout, Layout, crsf, ibus,
     mavlink::{self, ARDUPILOTMEGA},
@@ -20,7 +20,7 @@ fn plain<'a>(layout: &CheckedLayout<'a>) -> Layout<'a> {
         ..
     }) = &mut layout.checksum
     {
-        crc.table = None;
+        crc.table = Table::None;
     }
     layout
 }

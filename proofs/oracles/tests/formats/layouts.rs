@@ -84,9 +84,11 @@ fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
                 reflected_out: random.random(),
                 ..Crc::new(width, random.random::<u32>() & bits | 1)
             };
-            let table = random
-                .random::<bool>()
-                .then(|| &*Box::leak(Box::new(crc.remainders())));
+            let table = match random.random_range(0..3) {
+                0 if width == 8 => Table::Bytes(Box::leak(Box::new(crc.table_of_bytes()))),
+                0 | 1 => Table::Words(Box::leak(Box::new(crc.table_of_words()))),
+                _ => Table::None,
+            };
             (
                 Algorithm::Crc(Crc { table, ..crc }),
                 width.div_ceil(8) as usize,
@@ -365,8 +367,9 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         ], |one| algorithm == Some(one);
         "MAVLink's CRC", crc.is_some_and(|it| it.polynomial == 0x1021);
         "bits of a CRC modulo 8" in 0..8, |bits| crc.is_some_and(|it| it.width % 8 == bits);
-        "no table", crc.is_some_and(|it| it.table.is_none());
-        "table", crc.is_some_and(|it| it.table.is_some());
+        "no table", crc.is_some_and(|it| it.table == Table::None);
+        "table of bytes", crc.is_some_and(|it| matches!(it.table, Table::Bytes(_)));
+        "table of words", crc.is_some_and(|it| matches!(it.table, Table::Words(_)));
         "reflected" in [(false, false), (false, true), (true, false), (true, true)], |both| {
             crc.is_some_and(|it| (it.reflected_in, it.reflected_out) == both)
         };
