@@ -10,7 +10,7 @@ use crate::gnss::{self, Gnss};
 use crate::ibus::Ibus;
 use crate::layout::{
     Algorithm, CheckedLayout, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns,
-    index,
+    Table, index,
 };
 use crate::mavlink::{self, Mavlink1, Mavlink2};
 use crate::motion::{BIN, BIN_CRC8, SixAxes, SixAxesBigEndian};
