@@ -61,6 +61,7 @@ pub struct Reader<R, P, const N: usize = 64> {
     taken: usize,
     filled: usize,
     /// Whether a pause has been noticed whose line event still leaves bytes pending.
+    #[cfg(feature = "embedded-io-async-v0.7")]
     in_pause: bool,
 }
 
@@ -79,6 +80,7 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
             buffer: [0; N],
             taken: 0,
             filled: 0,
+            #[cfg(feature = "embedded-io-async-v0.7")]
             in_pause: false,
         }
     }
@@ -138,6 +140,7 @@ impl<R, P, const N: usize> Reader<R, P, N> {
             buffer,
             taken,
             filled,
+            #[cfg(feature = "embedded-io-async-v0.7")]
             in_pause: false,
         }
     }

@@ -4,7 +4,7 @@ use framelock::{Classification, DiscardReason};
 
 use crate::any_of::further_on;
 use crate::checksum::fill;
-use crate::layout::{ByteOrder, CheckedLayout, Messages, Trailer};
+use crate::layout::{ByteOrder, CheckedLayout, Messages, Trailer, index};
 
 /// The limit on the number of bytes that [`CheckedLayout::example`] writes in search of a frame.
 const MOST_BYTES: usize = 1 << 22;
@@ -89,6 +89,15 @@ impl CheckedLayout<'_> {
         }
         let frame = buffer.get_mut(..length)?;
         frame.fill(self.filler(filler));
+        for bits in self.fixed {
+            let place = index(bits.at, length);
+            if let Some(byte) = place.and_then(|at| frame.get_mut(at)) {
+                let here = || self.fixed.iter().filter(|it| index(it.at, length) == place);
+                let is_right = |byte: &u8| here().all(|bits| byte & bits.mask == bits.value);
+                let mut right = (0..=u8::MAX).filter(|byte| self.is_free(*byte) && is_right(byte));
+                *byte = right.next().unwrap_or(*byte);
+            }
+        }
         if let (Some(Messages { number, .. }), Some(message)) = (self.messages, message) {
             let place = frame.get_mut(number.at..number.end()).unwrap_or_default();
             let lowest_first = message.number.to_le_bytes().into_iter().take(number.bytes);
@@ -109,14 +118,17 @@ impl CheckedLayout<'_> {
         Some(length.saturating_add(trailer.map_or(0, |trailer| trailer.bytes)))
     }
 
-    /// Returns one of four bytes to fill a frame with. They are content, and not part of a terminator.
+    /// Returns one of four bytes to fill a frame with.
     fn filler(&self, number: usize) -> u8 {
-        let is_content = |byte: &u8| {
-            let mut ranges = self.content.iter();
-            self.content.is_empty() || ranges.any(|(first, last)| first <= byte && byte <= last)
-        };
-        let is_free = |byte: &u8| is_content(byte) && !self.terminator.bytes.contains(byte);
-        let mut free = (0..=u8::MAX).filter(is_free).step_by(19);
-        free.nth(number).unwrap_or_default()
+        let free = (0..=u8::MAX).filter(|byte| self.is_free(*byte));
+        free.step_by(19).nth(number).unwrap_or_default()
+    }
+
+    /// Returns true if the byte is content, and not part of a terminator.
+    fn is_free(&self, byte: u8) -> bool {
+        let mut ranges = self.content.iter();
+        let is_content =
+            self.content.is_empty() || ranges.any(|&(first, last)| first <= byte && byte <= last);
+        is_content && !self.terminator.bytes.contains(&byte)
     }
 }

@@ -48,10 +48,10 @@ pub(crate) struct Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
+    /// An assertion fails, or the program panics or has undefined behaviour. CBMC may then leave other properties open.
+    Failed,
     /// The harness could not be checked.
     Error,
-    /// An assertion fails, or the program panics or has undefined behaviour.
-    Failed,
     /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,

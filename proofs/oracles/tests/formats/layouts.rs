@@ -380,7 +380,7 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
 #[test]
 fn frames_of_any_layout_are_delivered() {
     let (mut random, mut occurred) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
-    let (mut layouts_with_frames, mut without_example) = (0, 0);
+    let mut layouts_with_frames = 0;
     while layouts_with_frames < 2_000 {
         let Some(layout) = layout(&mut random) else {
             continue;
@@ -392,11 +392,10 @@ fn frames_of_any_layout_are_delivered() {
             continue;
         }
         layouts_with_frames += 1;
-        // The search for an example tries a few fillers, so for rare combinations of fixed bits it finds none.
-        match layout.example(&mut vec![0; layout.longest]) {
-            Ok(example) => assert_eq!(interpret(&layout, example), Frame(example.len())),
-            Err(_) => without_example += 1,
-        }
+        let mut example = vec![0; layout.longest];
+        let example = layout.example(&mut example);
+        let example = example.unwrap_or_else(|why| panic!("{why:?}: {layout:?}"));
+        assert_eq!(interpret(&layout, example), Frame(example.len()));
         let clean = cut(&frames.concat(), &mut random);
         let noisy = cut(&faulty(&frames, &mut random), &mut random);
         let idle = vec![StreamStep::Event(LineEvent::Idle)];
@@ -407,7 +406,6 @@ fn frames_of_any_layout_are_delivered() {
         occurred.count_all(&layouts(&AnyOf(all), all, &stream));
         count(&layout, &frames, &mut occurred);
     }
-    assert!(without_example <= 4, "{without_example} layouts");
     let impossible = ["break", "framing error", "overrun", "parity error"];
     assert_eq!(occurred.rarer_than(3), impossible, "{occurred:#?}");
 }
