@@ -71,6 +71,7 @@ impl Layout<'_> {
         reason = "the macro `classify_by!` calls a method"
     )]
     #[inline(always)]
+    #[expect(clippy::unused_self, reason = "`classify_by` calls a method")]
     pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
         let _ = (bytes, event);
         Classification::Rejected(DiscardReason::LineEvent)

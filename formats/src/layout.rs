@@ -249,7 +249,7 @@ impl<'a> Layout<'a> {
     #[inline(always)]
     const fn has_other_terminators(&self) -> bool {
         let [other, another] = &self.other_terminators;
-        !(other.bytes.is_empty() && another.bytes.is_empty())
+        other.length | another.length != 0
     }
 
     /// Returns the length from which negative offsets in this frame count back. This is the frame's length, unless the
@@ -258,9 +258,16 @@ impl<'a> Layout<'a> {
     #[inline(always)]
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
-        if !self.has_other_terminators() {
-            return frame.len();
+        if self.has_other_terminators() {
+            self.length_with_own_terminator(frame)
+        } else {
+            frame.len()
         }
+    }
+
+    // It is called once for a frame, and only by few layouts.
+    #[cold]
+    fn length_with_own_terminator(&self, frame: &[u8]) -> usize {
         // Take the longest terminator that fits, because a shorter terminator may be the end of a longer terminator.
         let ends = self.terminators().filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());
