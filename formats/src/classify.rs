@@ -66,10 +66,6 @@ impl Layout<'_> {
             .unwrap_or_else(|classification| classification)
     }
 
-    #[allow(
-        clippy::unused_self,
-        reason = "the macro `classify_by!` calls a method"
-    )]
     #[inline(always)]
     #[expect(clippy::unused_self, reason = "`classify_by` calls a method")]
     pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
