@@ -16,8 +16,6 @@ mod chip;
 mod contender;
 mod costs;
 mod crsf;
-#[path = "../../tests/suite/examined.rs"]
-mod examined;
 mod figures;
 mod ibus;
 mod mavlink2;
