@@ -69,7 +69,7 @@ unsafe extern "C" {
 /// Checks the classification of up to `MOST` bytes. If frames have a delimiter, assumes that the
 /// first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on
 /// `seen`.
-fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
+fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: &F) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
     let seen: u8 = kani::any_where(|&seen| seen < count);
@@ -118,7 +118,7 @@ macro_rules! for_formats {
                 #[kani::proof]
                 #[kani::unwind($bound)]
                 fn classification_is_same() {
-                    same::<_, $most, $has_delimiter>($format);
+                    same::<_, $most, $has_delimiter>(&$format);
                 }
             }
         )*
