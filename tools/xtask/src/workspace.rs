@@ -41,6 +41,10 @@ impl Workspace {
             fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
             if let Ok(link) = fs::read_link(&from) {
                 if !to.is_symlink() {
+                    // An older copy may have a folder here.
+                    if to.is_dir() {
+                        fs::remove_dir_all(&to)?;
+                    }
                     symlink(link, to)?;
                 }
             } else if let Ok(content) = fs::read(&from)
