@@ -115,9 +115,9 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
 /// A format that finds a frame before a line event must find it among the bytes.
 #[test]
 fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
-    /// A deliberate mistake: at a pause, the format claims the longest frame.
+    /// A deliberate mistake: at one kind of line event, the format claims the longest frame.
     #[derive(Clone, Copy)]
-    struct Impatient;
+    struct Impatient(LineEvent);
     impl Format for Impatient {
         const LONGEST: usize = Ibus::LONGEST;
         type Message<'a> = ();
@@ -125,16 +125,30 @@ fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
             Ibus.classify(bytes)
         }
         fn classify_before(&self, _: &[u8], event: LineEvent) -> Classification {
-            match event {
-                LineEvent::Idle => Classification::Frame(Self::LONGEST),
-                _ => Classification::Rejected(DiscardReason::LineEvent),
+            if event == self.0 {
+                Classification::Frame(Self::LONGEST)
+            } else {
+                Classification::Rejected(DiscardReason::LineEvent)
             }
         }
         fn decode(&self, _: &[u8]) {}
     }
     let mut stream = frame(&Ibus, [1500; 18]);
-    let broken = check_laws(&Impatient, &mut stream).expect_err("the frame is too long");
-    assert_eq!((broken.law, broken.from, broken.length), (6, 0, 1));
+    for event in [
+        LineEvent::Framing,
+        LineEvent::Parity,
+        LineEvent::Overrun,
+        LineEvent::Break,
+        LineEvent::Idle,
+    ] {
+        let broken = check_laws(&Impatient(event), &mut stream);
+        let broken = broken.expect_err("the frame is too long");
+        assert_eq!(
+            (broken.law, broken.from, broken.length),
+            (6, 0, 1),
+            "{event:?}"
+        );
+    }
 }
 
 /// The check is fast enough for long frames, even without optimisation.

@@ -319,6 +319,15 @@ fn a_message_without_a_frame_is_not_encoded() {
         let is_accepted = [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&address);
         assert_eq!(is_encoded(&Crsf, message), is_accepted, "{address:#04X}");
     }
+    for (id, is_known) in [(0, true), (256, false), (1 << 24, false)] {
+        let message = mavlink::Message {
+            id,
+            payload: &[1],
+            ..Default::default()
+        };
+        assert_eq!(is_encoded(&Mavlink1(DIALECT), message), is_known, "{id}");
+        assert_eq!(is_encoded(&Mavlink2(DIALECT), message), is_known, "{id}");
+    }
     let payload = [7; 1024];
     for (most, encodes) in [
         (60, |payload: &[u8]| {

@@ -463,6 +463,13 @@ mod tests {
     #[test]
     fn a_proof_counts_only_for_the_same_program_arguments_covers_and_engine() {
         let folder = std::env::temp_dir().join(format!("framelock-proofs-{}", std::process::id()));
+        let anew = |is_wanted| {
+            let cbmc = Cbmc {
+                program: "cbmc".into(),
+                says: "CBMC 6".to_owned(),
+            };
+            ProofCache::new(&folder, &cbmc, is_wanted).unwrap();
+        };
         let proof = |program: &str, says: &str, harness: &Harness| {
             let (says, path) = (says.to_owned(), "cbmc".into());
             let cbmc = Cbmc {
@@ -498,6 +505,11 @@ mod tests {
         for (index, other) in others.iter().enumerate() {
             assert!(*other != one && !others[..index].contains(other), "{index}");
         }
-        fs::remove_dir_all(folder).unwrap();
+        fs::write(&one, "9").unwrap();
+        anew(false);
+        assert!(one.exists(), "a proof is kept");
+        anew(true);
+        assert!(!one.exists(), "every proof is repeated");
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

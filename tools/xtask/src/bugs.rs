@@ -333,6 +333,8 @@ mod tests {
                 verdict: verdict.to_owned(),
                 ..Answer::default()
             };
+            let has_no_answer = ["proved", "no_answer_in_time", "error"].contains(&verdict);
+            assert_eq!(answer.is_refuted(), !has_no_answer, "{verdict}");
             assert_eq!(usual.is_noticed(&answer), by_usual, "{verdict}");
             assert_eq!(endless.is_noticed(&answer), by_endless, "{verdict}");
         }
