@@ -319,6 +319,10 @@ fn in_c(cases: &[Case]) {
             writeln!(text, "(void)it;\nprintf(\"frame {number}\\n\");").unwrap();
             fields(kind).for_each(|field| text.push_str(&said_in_c(field, &code)));
             text.push_str("}\n");
+            if description.kinds.len() == 1 {
+                let optional = fields(kind).filter_map(|field| without_in_c(name, field, &code));
+                optional.for_each(|check| text.push_str(&check));
+            }
         }
         writeln!(
             text,
@@ -417,6 +421,23 @@ fn said_in_c(field: &Field, code: &str) -> String {
         "if ({condition}) {{\nprintf(\"{}\");\nfor (i = 0; i < {count}; i++) {{\n{say}\n}}\nprintf(\"\\n\");\n}}\n",
         field.name
     )
+}
+
+/// Returns C code that encodes the message without this field, which short frames lack. The code aborts if the result is
+/// a frame that has the field. Returns `None` if all frames have the field.
+fn without_in_c(name: &str, field: &Field, code: &str) -> Option<String> {
+    let has = format!("has_{}", member(field, code));
+    let index = code.split_once(&format!("void {name}_decode(const uint8_t *frame, "))?.1;
+    let index = index.split_once(' ')?.0;
+    code.contains(&format!("bool {has};")).then(|| {
+        let upper = name.to_uppercase();
+        format!(
+            "if (message->{has}) {{\n{name}_message other = *message;\n{name}_message again;\nother.{has} = false;\n\
+             length = {name}_encode(&other, made, {upper}_LONGEST);\n\
+             if (length > 0) {{\n{name}_decode(made, ({index})length, &again);\n\
+             if (again.{has}) {{\nabort();\n}}\n}}\n}}\n"
+        )
+    })
 }
 
 #[test]
