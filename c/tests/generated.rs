@@ -427,7 +427,9 @@ fn said_in_c(field: &Field, code: &str) -> String {
 /// a frame that has the field. Returns `None` if all frames have the field.
 fn without_in_c(name: &str, field: &Field, code: &str) -> Option<String> {
     let has = format!("has_{}", member(field, code));
-    let index = code.split_once(&format!("void {name}_decode(const uint8_t *frame, "))?.1;
+    let index = code
+        .split_once(&format!("void {name}_decode(const uint8_t *frame, "))?
+        .1;
     let index = index.split_once(' ')?.0;
     code.contains(&format!("bool {has};")).then(|| {
         let upper = name.to_uppercase();
