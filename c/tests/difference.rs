@@ -9,16 +9,16 @@ use std::process::Command;
 
 use framelock::motion::Bin;
 use framelock::{BufferedReceiver, Counters, Format, Line, LineEvent, Receiver};
-use framelock_description::{Description, SHIPPED};
-use framelock_formats::AnyOf;
+use framelock_description::{Description, Layouts, SHIPPED};
+use framelock_description_oracles as drawn;
 use framelock_generate::{CrcTable, c};
+use framelock_oracles::broken;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::compilers::{CLANG, CLANGXX, Compiler, GCC, beside, succeeds};
-use crate::drawn;
 
 const EVENTS: [LineEvent; 5] = [
     LineEvent::Framing,
@@ -208,7 +208,7 @@ impl Case {
                     .description
                     .kinds
                     .iter()
-                    .all(|kind| kind.layout.sync().length > 0);
+                    .all(|kind| kind.layout().sync.length > 0);
             if is_there && is_certain && SHIPPED.iter().any(|it| it.1 == self.text) {
                 assert!(*count > 0, "{name}: {reason} did not happen");
             }
@@ -245,7 +245,7 @@ impl Digest {
 
 /// The Rust receiver, which performs the same steps as `difference.c`.
 struct Reference {
-    line: Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>,
+    line: Line<BufferedReceiver<Layouts, Vec<u8>>>,
     digest: Digest,
     is_window: bool,
     has_kinds: bool,
@@ -261,15 +261,15 @@ struct Reference {
 impl Reference {
     fn new(case: &Case) -> Self {
         let format = case.description.format();
-        let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
-        let mut layouts = case.description.kinds.iter().map(|kind| &kind.layout);
+        let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
+        let mut layouts = case.description.kinds.iter().map(|kind| kind.layout());
         Self {
             line: Line::new(receiver.unwrap()),
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
             // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
-            can_fail: layouts.any(|it| it.sync().length > 0 || it.checksum().is_some()),
+            can_fail: layouts.any(|it| it.sync.length > 0 || it.checksum.is_some()),
             at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
@@ -411,22 +411,19 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
                 .map(|frame| drawn::with_any_end(description, frame, random)),
         );
     }
-    let layouts = description.kinds.iter().map(|kind| &kind.layout);
-    let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync().each()).collect();
+    let layouts = description.kinds.iter().map(|kind| kind.layout());
+    let syncs: Vec<&[u8]> = layouts.flat_map(|layout| layout.sync.each()).collect();
     let (mut steps, mut count) = (Vec::new(), 0);
     let (mut changes, mut slices, mut polls) = ([0; 24], HashSet::new(), 0);
+    let mut events = 0;
     while count < bytes {
         let mut piece = pool.choose(random).unwrap().clone();
         let at = random.random_range(0..piece.len());
         let change = random.random_range(0..24);
         changes[change] += 1;
         match change {
-            0 => piece[at] ^= 1 << random.random_range(0..8),
-            1 => piece[at] = random.random(),
-            2 => drop(piece.remove(at)),
-            3 => piece.insert(at, random.random()),
-            4 => piece.truncate(at),
-            5 => drop(piece.drain(..at)),
+            0..5 => piece = broken(&piece, |count| random.random_range(0..count)),
+            5 => piece[at] = random.random(),
             6 => {
                 piece = (0..random.random_range(0..20))
                     .map(|_| random.random())
@@ -446,7 +443,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             _ => {}
         }
         count += piece.len();
-        if random.random_range(0..8) == 0 {
+        if random.random_range(0..4) == 0 {
             let most = if random.random() { 16 } else { 255 };
             for chunk in piece.chunks(random.random_range(1..=piece.len().clamp(1, most))) {
                 slices.insert(chunk.len());
@@ -457,8 +454,12 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             steps.extend(piece.iter().flat_map(|byte| [0, *byte]));
         }
         match random.random_range(0..40) {
-            0..5 => steps.extend([1, random.random_range(0..5)]),
-            5..8 => {
+            0..10 => {
+                // Each sort of event occurs even in a short stream.
+                steps.extend([1, events]);
+                events = (events + 1) % 5;
+            }
+            10..13 => {
                 polls += 1;
                 steps.push(2);
             }

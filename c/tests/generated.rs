@@ -9,13 +9,14 @@ use std::process::Command;
 
 use framelock::{BufferedReceiver, Format};
 use framelock_description::{Description, Field, SHIPPED, Value};
+use framelock_description_oracles as drawn;
 use framelock_generate::{CrcTable, c, rust};
-use rand::{Rng, SeedableRng};
+use framelock_oracles::faulty;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::compilers::{CLANGXX, GCC, assert_same, beside, succeeds};
-use crate::drawn;
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
@@ -79,17 +80,8 @@ impl Case {
             for frame in &mut frames {
                 *frame = drawn::with_any_end(&description, frame, random);
             }
-            stream.extend(drawn::noisy(&frames, random));
+            stream.extend(faulty(&frames, random));
         }
-        let faulty = stream
-            .into_iter()
-            .flat_map(|byte| match random.random_range(0..300) {
-                0 => vec![],
-                1 => vec![byte ^ 1 << random.random_range(0..8)],
-                2 => vec![byte, random.random()],
-                _ => vec![byte],
-            });
-        let stream: Vec<u8> = faulty.collect();
         assert!(!stream.is_empty(), "no frames of {name}:\n{text}");
         let expected = expected(name, &description, &stream);
         Self {
@@ -124,7 +116,7 @@ fn cases(random_ones: usize) -> Vec<Case> {
 fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     let format = description.format();
     let mut receiver =
-        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
+        BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]).unwrap();
     let (mut text, mut frames, mut discarded) = (String::new(), 0, 0);
     let mut note = |found: framelock::Found<(usize, &[u8])>| match found {
         framelock::Found::Frame {
@@ -134,7 +126,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
             frames += 1;
             writeln!(text, "frame {kind}").unwrap();
             let mut has_empty = false;
-            for (field, content) in description.kinds[kind].shown(frame) {
+            for (field, content) in description.kinds[kind].values(frame) {
                 has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
                 let values: String = content.values().map(|value| said(field, value)).collect();
                 writeln!(text, "{}{values}", field.name).unwrap();
@@ -157,8 +149,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
     // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
     // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
-    let layout = description.kinds[0].layout;
-    let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
+    let layout = description.kinds[0].layout();
+    let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
     assert!(
         frames > 5 && (takes_all || discarded > 5),
         "{name}: {frames} {discarded}"
@@ -327,6 +319,10 @@ fn in_c(cases: &[Case]) {
             writeln!(text, "(void)it;\nprintf(\"frame {number}\\n\");").unwrap();
             fields(kind).for_each(|field| text.push_str(&said_in_c(field, &code)));
             text.push_str("}\n");
+            if description.kinds.len() == 1 {
+                let optional = fields(kind).filter_map(|field| without_in_c(name, field, &code));
+                optional.for_each(|check| text.push_str(&check));
+            }
         }
         writeln!(
             text,
@@ -425,6 +421,25 @@ fn said_in_c(field: &Field, code: &str) -> String {
         "if ({condition}) {{\nprintf(\"{}\");\nfor (i = 0; i < {count}; i++) {{\n{say}\n}}\nprintf(\"\\n\");\n}}\n",
         field.name
     )
+}
+
+/// Returns C code that encodes the message without this field, which short frames lack. The code aborts if the result is
+/// a frame that has the field. Returns `None` if all frames have the field.
+fn without_in_c(name: &str, field: &Field, code: &str) -> Option<String> {
+    let has = format!("has_{}", member(field, code));
+    let index = code
+        .split_once(&format!("void {name}_decode(const uint8_t *frame, "))?
+        .1;
+    let index = index.split_once(' ')?.0;
+    code.contains(&format!("bool {has};")).then(|| {
+        let upper = name.to_uppercase();
+        format!(
+            "if (message->{has}) {{\n{name}_message other = *message;\n{name}_message again;\nother.{has} = false;\n\
+             length = {name}_encode(&other, made, {upper}_LONGEST);\n\
+             if (length > 0) {{\n{name}_decode(made, ({index})length, &again);\n\
+             if (again.{has}) {{\nabort();\n}}\n}}\n}}\n"
+        )
+    })
 }
 
 #[test]

@@ -8,14 +8,16 @@ use framelock::{
     BufferedReceiver, Counters, Encode, EncodeInto, Format, Found, Line, LineEvent, Receiver,
 };
 use framelock_description::{Description, SHIPPED};
+use framelock_description_oracles as drawn;
 use framelock_formats::crsf::{self, Crsf};
+use framelock_oracles::broken;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
 use crate::compilers::{GCC, assert_same, beside, succeeds};
 use crate::delivery::{PAGE, blocks};
-use crate::{drawn, headers};
+use crate::headers;
 
 /// Two kinds of steps in `guide.c`: a received byte, and any other event.
 const BYTE: u8 = 0;
@@ -60,15 +62,13 @@ fn hex(bytes: &[u8]) -> String {
     digits.concat() + "\n"
 }
 
-/// Removes about one byte in 300, and changes about one byte in 300.
-fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
-    bytes.retain(|_| random.random_range(0..300) != 0);
-    for byte in &mut bytes {
-        if random.random_range(0..300) == 0 {
-            *byte = random.random();
-        }
+/// Returns what arrives of a frame. About one frame in 20 has a fault.
+fn with_faults(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    if random.random_range(0..20) == 0 {
+        broken(frame, |count| random.random_range(0..count))
+    } else {
+        frame.to_vec()
     }
-    bytes
 }
 
 /// In the program with a failsafe: a byte that arrives while the next step's `control` runs.
@@ -122,7 +122,7 @@ fn interrupt_handler_with_failsafe() {
     for number in 0..3000 {
         let payload = [(); 3].map(|()| b"AAB\r\x80"[random.random_range(0..5)]);
         let frame = Bin::encode(payload.into());
-        for byte in with_faults(frame.to_vec(), random) {
+        for byte in with_faults(&frame, random) {
             match random.random_range(0..200) {
                 0 => steps.extend([EVENT, 0]),
                 1..20 => steps.extend([BYTE_IN_CONTROL, byte, EVENT, 1]),
@@ -190,7 +190,7 @@ fn expected(
     say: impl Fn(&[u8]) -> Option<String>,
 ) -> String {
     let format = description.format();
-    let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
+    let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
     let mut line = Line::new(receiver.unwrap());
     let mut text = String::new();
     let mut waiting = Vec::new();
@@ -262,7 +262,7 @@ fn steps(
 ) -> Vec<u8> {
     let (mut steps, mut count) = (Vec::new(), 0);
     for frame in frames {
-        for byte in with_faults(frame, random) {
+        for byte in with_faults(&frame, random) {
             if count == most {
                 steps.extend([EVENT, u8::from(random.random_range(0..8) == 0)]);
                 count = random.random_range(0..most);

@@ -11,8 +11,6 @@ mod arduino;
 mod compilers;
 mod delivery;
 mod difference;
-#[path = "../../host/description/tests/suite/drawn.rs"]
-mod drawn;
 mod failsafe;
 mod generated;
 mod guide;

@@ -1,6 +1,6 @@
 //! Receives setpoints from a source that implements `Read` of `embedded-io`. Most serial drivers implement it.
 //!
-//! `cargo run -p framelock-examples --bin embedded_io`
+//! `cargo run -p framelock --features embedded-io-v0.7 --example embedded_io`
 
 use embedded_io::{ErrorKind, Read};
 use framelock::motion::{Bin, Setpoint};
@@ -40,7 +40,7 @@ where
             },
         };
         // After a lost byte or a pause, the pending bytes are worthless, so discard them. The next call continues.
-        reader.line_mut().line_event(event, |_| ());
+        reader.line_mut().event(event);
         on(event);
     }
 }

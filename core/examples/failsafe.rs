@@ -1,7 +1,7 @@
 //! Shows how the failsafe moves the outputs when setpoints stop coming, and when they come again. The failsafe is no
 //! safety function: actuators need a switch that cuts their power.
 //!
-//! `cargo run -p framelock-examples --bin failsafe`
+//! `cargo run -p framelock --example failsafe`
 
 use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
 

@@ -1,6 +1,6 @@
 //! Counts the outcome of every byte, and reacts when the UART reports an error or the line falls silent.
 //!
-//! `cargo run -p framelock-examples --bin line_events_and_counters`
+//! `cargo run -p framelock --example line_events_and_counters`
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};
@@ -32,13 +32,13 @@ pub(crate) fn interrupt(
     found: Result<u8, LineEvent>,
 ) -> Option<Setpoint> {
     if now.wrapping_sub(*heard) >= IDLE {
-        line.line_event(LineEvent::Idle, |_| ());
+        line.event(LineEvent::Idle);
     }
     *heard = now;
     match found {
         Ok(byte) => line.push(byte),
         Err(event) => {
-            line.line_event(event, |_| ());
+            line.event(event);
             None
         }
     }

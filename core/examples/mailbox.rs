@@ -1,6 +1,6 @@
 //! Receives in an interrupt, and moves the outputs in a task of another priority.
 //!
-//! `cargo run -p framelock-examples --bin mailbox`
+//! `cargo run -p framelock --example mailbox`
 //!
 //! Only the task calls the failsafe. If the interrupt called `frame` during a `poll`, the poll could take the pitch of
 //! one frame and the roll of the next, and could forget that a frame has come. So the interrupt puts the setpoint into
@@ -25,7 +25,7 @@ fn interrupt(line: &mut Line<Receiver<Bin>>, found: Result<&[u8], LineEvent>) {
         Ok(bytes) => line.messages(bytes).for_each(|setpoint| {
             critical_section::with(|section| MAILBOX.borrow(section).set(Some(setpoint)));
         }),
-        Err(event) => line.line_event(event, |_| ()),
+        Err(event) => line.event(event),
     }
 }
 

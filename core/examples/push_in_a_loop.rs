@@ -1,7 +1,7 @@
 //! Takes bytes and prints setpoints. Reports pauses, because a frame that contains `AB` and a carriage return can hide
 //! the frames that follow, until a pause.
 //!
-//! `cargo run -p framelock-examples --bin push_in_a_loop`
+//! `cargo run -p framelock --example push_in_a_loop`
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{LineEvent, Receiver};

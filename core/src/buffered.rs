@@ -184,7 +184,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// **A call asks the format at most once. So a call may leave bytes undecided, even a whole frame.** After a false
     /// start, later calls decide about these bytes in turn. Each of these calls delivers one frame, or drops one or
     /// more bytes. If no byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line
-    /// as a [`line_event`](Self::line_event).
+    /// as a [`line_event`](Self::line_event). Both can be done in steps of bounded cost: see
+    /// [`poll_step`](Self::poll_step) and [`line_event_step`](Self::line_event_step).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
         self.push_with(byte, |_| ())
@@ -227,9 +228,73 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Decides about the bytes that [`push`](Self::push) has left undecided. Returns the next frame among them.
     ///
-    /// Calls the format at most once for each pending byte.
+    /// Calls the format at most once for each pending byte. To spread this work over several calls, use
+    /// [`poll_step`](Self::poll_step).
     pub fn poll(&mut self) -> Option<Frame<'_, F>> {
         self.next(&mut [].as_slice())
+    }
+
+    /// Does one step of [`poll`](Self::poll): decides about the first of the bytes that [`push`](Self::push) has left
+    /// undecided. Reports the dropped bytes, or the frame, or dropped bytes and the frame after them. Returns false if the
+    /// receiver needs more bytes for the next decision.
+    ///
+    /// Call this function until it returns false. By then it has reported what [`feed`](Self::feed) of an empty slice
+    /// would report. The program may call other functions between two steps.
+    ///
+    /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes.** It calls [`Format::classify_after`] at most
+    /// once, so it costs at most as much as a call of `push`. A call of `poll` may examine about `LONGEST`² / 2 bytes. An
+    /// interrupt handler that has no time for so many bytes can do one step at each interrupt.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
+    ///
+    /// /// A frame: `#`, the length of the text (at most 5), the text, and a line feed.
+    /// #[derive(Clone, Copy)]
+    /// struct Ended;
+    ///
+    /// impl Format for Ended {
+    ///     const LONGEST: usize = 8;
+    ///     type Message<'a> = &'a [u8];
+    ///
+    ///     fn classify(&self, bytes: &[u8]) -> Classification {
+    ///         match *bytes {
+    ///             [b'#'] => Classification::Incomplete { at_least: 2 },
+    ///             [b'#', length, ..] if length > 5 => Classification::Rejected(DiscardReason::TooLong),
+    ///             [b'#', length, ..] => match bytes.get(2 + usize::from(length)) {
+    ///                 Some(b'\n') => Classification::Frame(3 + usize::from(length)),
+    ///                 Some(_) => Classification::Rejected(DiscardReason::WrongTerminator),
+    ///                 None => Classification::Incomplete { at_least: 3 + usize::from(length) },
+    ///             },
+    ///             _ => Classification::Rejected(DiscardReason::NoSync),
+    ///         }
+    ///     }
+    ///
+    ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..frame.len() - 1] }
+    /// }
+    ///
+    /// let mut receiver = BufferedReceiver::<_, [u8; 16]>::new(Ended);
+    /// // The last byte shows that `#\x05` is a false start. `push` only drops the `#`.
+    /// assert!(b"#\x05#\x01a\n#\0".iter().all(|&byte| receiver.push(byte).is_none()));
+    /// assert_eq!(receiver.pending(), 7);
+    ///
+    /// let mut received = Vec::new();
+    /// assert!(receiver.poll_step(|found| received.extend(found.message().map(|frame| frame.message().to_vec()))));
+    /// assert_eq!((received, receiver.pending()), (vec![b"a".to_vec()], 2));
+    /// assert!(!receiver.poll_step(|_| unreachable!()));
+    /// ```
+    pub fn poll_step(&mut self, mut found: impl FnMut(Found<Frame<'_, F>>)) -> bool {
+        // Skip a frame here. The `match` below reports it together with its bytes.
+        let discarded = |one| match one {
+            Found::Frame { .. } => {}
+            Found::Discarded { count, why } => found(Found::discarded(count, why)),
+        };
+        match self.decide_next(discarded) {
+            Decision::Frame(length) => found(Found::frame(length, self.frame(length))),
+            Decision::Discarded => {}
+            Decision::Waiting => return false,
+        }
+        true
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
@@ -310,7 +375,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         let mut rest = bytes;
         while self.pending() > 0 {
             let is_enough = self.store_up_to_longest(&mut rest);
-            while self.decide_first(&mut found) {}
+            while self.poll_step(&mut found) {}
             if !is_enough {
                 return;
             }
@@ -364,7 +429,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         match classify(&self.format, classified, 0) {
             Classification::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
-                found(Found::frame(length, Frame::new(self.format, frame)));
+                found(Found::frame(length, Frame::new(self.format.clone(), frame)));
                 Some(behind)
             }
             Classification::Rejected(why) => {
@@ -383,20 +448,75 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// the pending bytes, unless an earlier delivered frame shares bytes with it, and drops the other bytes. After the
     /// call nothing is pending (theorem 13f).
     ///
-    /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each.
+    /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each. To
+    /// spread this work over several calls, use [`line_event_step`](Self::line_event_step).
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
-        while self.pending() > 0 {
+        while self.line_event_step(event, &mut found) {}
+    }
+
+    /// Does one step of [`line_event`](Self::line_event): decides about the first of the pending bytes. Returns whether
+    /// bytes are still pending.
+    ///
+    /// After a line event, call this function until it returns false. Then it has delivered and dropped exactly what one
+    /// call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards. If you push
+    /// a byte earlier, the receiver may deliver a frame that contains bytes from before and after the event.
+    ///
+    /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes, at most twice.** It calls
+    /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes fewer than
+    /// `LONGEST` steps. So an interrupt handler can do one step in each round.
+    ///
+    /// # Examples
+    /// `Text` is the format of the [first example](BufferedReceiver).
+    /// ```
+    /// # use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
+    /// # #[derive(Clone, Copy)]
+    /// # struct Text;
+    /// # impl Format for Text {
+    /// #     const LONGEST: usize = 24;
+    /// #     type Message<'a> = &'a [u8];
+    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
+    /// #         match *bytes {
+    /// #             [b'#'] => Classification::Incomplete { at_least: 2 },
+    /// #             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
+    /// #             [b'#', length, ..] => match 2 + usize::from(length) {
+    /// #                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
+    /// #                 whole => Classification::Frame(whole),
+    /// #             },
+    /// #             _ => Classification::Rejected(DiscardReason::NoSync),
+    /// #         }
+    /// #     }
+    /// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
+    /// # }
+    /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
+    /// receiver.feed(b"#\x10#\x09#\x03two", |_| unreachable!());
+    ///
+    /// // The handler of a timer does one step at a time.
+    /// let (mut steps, mut received) = (1, Vec::new());
+    /// while receiver.line_event_step(LineEvent::Idle, |found| {
+    ///     received.extend(found.message().map(|frame| frame.message().to_vec()));
+    /// }) {
+    ///     steps += 1;
+    /// }
+    /// assert_eq!((steps, received), (3, vec![b"two".to_vec()]));
+    /// ```
+    pub fn line_event_step(
+        &mut self,
+        event: LineEvent,
+        mut found: impl FnMut(Found<Frame<'_, F>>),
+    ) -> bool {
+        if !self.poll_step(&mut found) && self.pending() > 0 {
             self.end_first(event, &mut found);
         }
+        if self.pending() > 0 {
+            return true;
+        }
         self.reset();
+        false
     }
 
     /// Decides about the first pending byte, given that the event follows the pending bytes. At least one byte must be
-    /// pending.
+    /// pending, and the format must have found the pending bytes incomplete.
     fn end_first(&mut self, event: LineEvent, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
-        if self.decide_first(found) || self.pending() == 0 {
-            return;
-        }
         let pending = self.buffer.as_ref().get(self.from..self.to);
         let pending = pending.unwrap_or_default();
         let why = match self.format.classify_before(pending, event) {
@@ -429,21 +549,6 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     #[must_use]
     pub const fn format(&self) -> &F {
         &self.format
-    }
-
-    /// Decides about the first pending bytes. Returns whether a decision was possible.
-    fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
-        // Skip a frame here. The `match` below reports it together with its bytes.
-        let discarded = |one| match one {
-            Found::Frame { .. } => {}
-            Found::Discarded { count, why } => found(Found::discarded(count, why)),
-        };
-        match self.decide_next(discarded) {
-            Decision::Frame(length) => found(Found::frame(length, self.frame(length))),
-            Decision::Discarded => {}
-            Decision::Waiting => return false,
-        }
-        true
     }
 
     /// Does nothing until `to` reaches `ask_at`. Then discards the pending bytes before the first byte that can start a
@@ -510,7 +615,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     fn frame(&self, length: usize) -> Frame<'_, F> {
         let start = self.from.wrapping_sub(length);
         let bytes = self.buffer.as_ref().get(start..self.from);
-        Frame::new(self.format, bytes.unwrap_or_default())
+        Frame::new(self.format.clone(), bytes.unwrap_or_default())
     }
 
     /// Stores bytes. The pending and the new bytes together must not exceed `LONGEST`.
@@ -549,6 +654,18 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> 
         Self: 'a;
 
     parser_by_own_functions!(Frame<'_, F>);
+
+    fn poll_step(&mut self, found: impl FnMut(Found<Frame<'_, F>>)) -> bool {
+        self.poll_step(found)
+    }
+
+    fn line_event_step(
+        &mut self,
+        event: LineEvent,
+        found: impl FnMut(Found<Frame<'_, F>>),
+    ) -> bool {
+        self.line_event_step(event, found)
+    }
 }
 
 /// Returns the format's classification of 1 to `LONGEST` bytes, corrected to keep law 1. So even a wrong format cannot

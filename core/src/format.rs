@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::{DiscardReason, LineEvent};
+use crate::{DiscardReason, Found, LineEvent};
 
 #[cfg(kani)]
 pub mod verification;
@@ -52,8 +52,9 @@ pub enum Classification {
 /// If a function accepts every format with a certain type of message, its bound must include `'static`, for example:
 /// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`. The documentation of [`Parser`](crate::Parser) explains why.
 ///
-/// # A format is `Copy`
-/// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
+/// # A format is `Clone`
+/// Each [`Frame`] contains a clone of its format. Put tables behind a reference or an `Arc`, so that a clone costs
+/// nothing.
 ///
 /// # Examples
 /// Text lines, which end with a delimiter. The receiver asks this format again after each byte. `classify_after`
@@ -103,7 +104,7 @@ pub enum Classification {
     label = "not a `Format`",
     note = "`BufferedReceiver<F, B>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
 )]
-pub trait Format: Copy {
+pub trait Format: Clone {
     /// Bytes in the longest frame. This number bounds the memory, the cost per byte, and the delay of a frame after a
     /// false start. Choose it as small as the protocol allows.
     const LONGEST: usize;
@@ -187,6 +188,32 @@ impl<'a, F: Format> Frame<'a, F> {
     #[must_use]
     pub fn message(&self) -> F::Message<'a> {
         self.format.decode(self.bytes)
+    }
+}
+
+impl<'a, F: Format> Found<Frame<'a, F>> {
+    /// Returns the decoded message if the outcome is a frame.
+    ///
+    /// ```
+    /// # use framelock::{BufferedReceiver, Classification, Format, LineEvent};
+    /// # #[derive(Clone, Copy)]
+    /// # struct Pair;
+    /// # impl Format for Pair {
+    /// #     const LONGEST: usize = 2;
+    /// #     type Message<'a> = u8;
+    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
+    /// #         if bytes.len() < 2 { Classification::Incomplete { at_least: 2 } } else { Classification::Frame(2) }
+    /// #     }
+    /// #     fn decode(&self, frame: &[u8]) -> u8 { frame[1] }
+    /// # }
+    /// let mut values = Vec::new();
+    /// let mut receiver = BufferedReceiver::<_, [u8; 4]>::new(Pair);
+    /// receiver.feed(&[0, 7, 0, 9], |found| values.extend(found.decoded()));
+    /// assert_eq!(values, [7, 9]);
+    /// ```
+    #[inline]
+    pub fn decoded(self) -> Option<F::Message<'a>> {
+        self.message().map(|frame| frame.message())
     }
 }
 

@@ -33,7 +33,7 @@
 //! fn on_interrupt(line: &mut Line<Receiver<Bin>>, uart: Uart) -> Option<Setpoint> {
 //!     match uart {
 //!         Uart::Byte(byte) => return line.push(byte),
-//!         Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
+//!         Uart::FramingError => line.event(LineEvent::Framing),
 //!     }
 //!     None
 //! }

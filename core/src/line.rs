@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use crate::{DiscardReason, Found, Parser};
+use crate::lecture::Lecture;
+use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -174,7 +175,7 @@ impl fmt::Display for Counters {
 ///     line.push(byte);
 /// }
 /// assert_eq!((line.counters().frames, line.pending()), (1, 4));
-/// line.line_event(LineEvent::Framing, |_| ());
+/// line.event(LineEvent::Framing);
 /// assert_eq!((line.counters().discarded.no_sync, line.counters().discarded.line_event), (6, 4));
 /// assert_eq!((line.counters().bytes, line.counters().frame_bytes), (7 + (6 + 4) + 0, 7));
 /// ```
@@ -229,6 +230,34 @@ impl<P> Line<P> {
     }
 }
 
+/// Defines [`Line::event`] for a receiver that delivers nothing at a line event, because its frames are delivered with
+/// their last byte.
+macro_rules! event_delivers_nothing {
+    ($([$($bound:tt)*] $receiver:ty)*) => { $(
+        impl<$($bound)*> Line<$receiver> {
+            /// Takes a line event, after which an incomplete frame cannot be continued. Discards and counts the pending
+            /// bytes. Does the same as [`line_event`](Line::line_event), which would report no frame, because this
+            /// receiver delivers each frame with its last byte.
+            ///
+            /// ```
+            /// use framelock::{Line, LineEvent, Receiver, motion::Bin};
+            /// let mut line = Line::new(Receiver::<Bin>::new());
+            /// line.push(b'A');
+            /// line.event(LineEvent::Idle);
+            /// assert_eq!((line.pending(), line.counters().discarded.line_event), (0, 1));
+            /// ```
+            #[inline]
+            pub fn event(&mut self, event: LineEvent) {
+                self.line_event(event, |_| ());
+            }
+        }
+    )* };
+}
+event_delivers_nothing! {
+    [F: FixedFormat] Receiver<F>
+    [] Lecture
+}
+
 impl<P: Parser> Line<P> {
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
     #[inline]
@@ -245,6 +274,28 @@ impl<P: Parser> Line<P> {
     #[inline]
     pub fn poll(&mut self) -> Option<P::Message<'_>> {
         self.next(&mut [].as_slice())
+    }
+
+    /// Does one step of [`poll`](Self::poll). Returns false if the next decision needs more bytes. A program that has no
+    /// time for the whole work in one call does one step at a time until the step returns false.
+    ///
+    /// [`BufferedReceiver::poll_step`](crate::BufferedReceiver::poll_step) says how many bytes a step examines. Other
+    /// receivers leave nothing undecided.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::Bin;
+    /// use framelock::{Line, Receiver};
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// assert!(b"AB\0".iter().all(|&byte| line.push(byte).is_none()));
+    /// assert!(!line.poll_step(|_| unreachable!()));
+    /// ```
+    pub fn poll_step(&mut self, mut found: impl FnMut(Found<P::Message<'_>>)) -> bool {
+        let Self { parser, ledger } = self;
+        parser.poll_step(|one| {
+            ledger.found(&one);
+            found(one);
+        })
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
@@ -328,6 +379,40 @@ impl<P: Parser> Line<P> {
             ledger.found(&one);
             found(one);
         });
+    }
+
+    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. The last step, which
+    /// returns false, counts the event.
+    ///
+    /// After a line event, call this function until it returns false. Then the line has delivered and counted exactly
+    /// what one call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards.
+    ///
+    /// [`BufferedReceiver::line_event_step`](crate::BufferedReceiver::line_event_step) says how many bytes a step
+    /// examines. Other receivers decide about all pending bytes in one step.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::Bin;
+    /// use framelock::{Line, LineEvent, Receiver};
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// line.feed(b"AB\0", |_| unreachable!());
+    /// while line.line_event_step(LineEvent::Idle, |_| ()) {}
+    /// assert_eq!((line.counters().discarded.line_event, line.counters().events.idle), (3, 1));
+    /// ```
+    pub fn line_event_step(
+        &mut self,
+        event: LineEvent,
+        mut found: impl FnMut(Found<P::Message<'_>>),
+    ) -> bool {
+        let Self { parser, ledger } = self;
+        let is_pending = parser.line_event_step(event, |one| {
+            ledger.found(&one);
+            found(one);
+        });
+        if !is_pending {
+            ledger.counters.events.count(event, 1);
+        }
+        is_pending
     }
 
     /// Returns the number of pending bytes. These are the bytes at the end of the stream that may still become part of

@@ -7,8 +7,10 @@
 
 mod bin;
 mod failsafe;
+mod pace;
 mod setpoint;
 
 pub use bin::{Bin, BinCrc8, crc8};
 pub use failsafe::{Demand, Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
+pub use pace::Pace;
 pub use setpoint::Setpoint;

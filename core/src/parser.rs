@@ -54,6 +54,28 @@ pub trait Parser {
     /// (theorems 8 and 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
+    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. Steps until one returns
+    /// false do what one call of `line_event` does.
+    ///
+    /// The default decides about all pending bytes in one step.
+    fn line_event_step(
+        &mut self,
+        event: LineEvent,
+        found: impl FnMut(Found<Self::Message<'_>>),
+    ) -> bool {
+        self.line_event(event, found);
+        false
+    }
+
+    /// Does one step of deciding about the bytes that [`push`](Self::push) has left undecided. Returns false if the next
+    /// decision needs more bytes. Steps until one returns false do what [`feed`](Self::feed) of an empty slice does.
+    ///
+    /// The default feeds an empty slice.
+    fn poll_step(&mut self, found: impl FnMut(Found<Self::Message<'_>>)) -> bool {
+        self.feed(&[], found);
+        false
+    }
+
     /// Returns the number of pending bytes. These are the bytes at the end of the stream that may still become part of
     /// a frame.
     fn pending(&self) -> usize;

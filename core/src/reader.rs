@@ -1,5 +1,10 @@
 //! A reader of messages from any source that implements `Read` of `embedded-io` or `embedded-io-async`.
 
+#[cfg(feature = "embedded-io-async-v0.7")]
+use core::{future::poll_fn, pin::pin, task::Poll};
+
+#[cfg(feature = "embedded-io-async-v0.7")]
+use crate::LineEvent;
 use crate::{Line, Parser};
 
 /// Reads messages from `source`, for example a UART driver, through a buffer of `N` bytes.
@@ -34,7 +39,7 @@ use crate::{Line, Parser};
 ///         match reader.next_message_async().await {
 ///             Ok(Some(setpoint)) => actuate(setpoint),
 ///             Ok(None) => return, // The end of the source.
-///             Err(_) => reader.line_mut().line_event(LineEvent::Overrun, |_| ()),
+///             Err(_) => reader.line_mut().event(LineEvent::Overrun),
 ///         }
 ///     }
 /// }
@@ -55,6 +60,9 @@ pub struct Reader<R, P, const N: usize = 64> {
     /// The part of the buffer that the parser has not taken yet: `taken..filled`.
     taken: usize,
     filled: usize,
+    /// Whether a pause has been noticed whose line event still leaves bytes pending.
+    #[cfg(feature = "embedded-io-async-v0.7")]
+    in_pause: bool,
 }
 
 impl<R, P: Parser, const N: usize> Reader<R, P, N> {
@@ -72,6 +80,8 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
             buffer: [0; N],
             taken: 0,
             filled: 0,
+            #[cfg(feature = "embedded-io-async-v0.7")]
+            in_pause: false,
         }
     }
 
@@ -130,6 +140,8 @@ impl<R, P, const N: usize> Reader<R, P, N> {
             buffer,
             taken,
             filled,
+            #[cfg(feature = "embedded-io-async-v0.7")]
+            in_pause: false,
         }
     }
 
@@ -215,4 +227,87 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             }
         }
     }
+
+    /// Does the same as [`next_message_async_with`](Self::next_message_async_with), and reports pauses. While an incomplete
+    /// frame is pending, each read must end before the future that `silence` returns. Otherwise the line is idle: the
+    /// reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one in each call.
+    ///
+    /// The future ends after the duration of the pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
+    /// drops the source's `read` at a pause, so dropping it must lose no byte.
+    ///
+    /// # Errors
+    /// See [`next_message_async`](Self::next_message_async).
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::{Bin, Setpoint};
+    /// use framelock::{Reader, Receiver};
+    /// # use std::{future::{pending, ready}, pin::pin, task::{Context, Poll, Waker}};
+    /// # struct Uart(Vec<&'static [u8]>);
+    /// # impl embedded_io_async::ErrorType for Uart { type Error = embedded_io_async::ErrorKind; }
+    /// # impl embedded_io_async::Read for Uart {
+    /// #     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Self::Error> {
+    /// #         match self.0.remove(0) {
+    /// #             [] => pending().await,
+    /// #             bytes => { buffer[..bytes.len()].copy_from_slice(bytes); Ok(bytes.len()) }
+    /// #         }
+    /// #     }
+    /// # }
+    /// # /// Ends at once: in this example each read that has to wait is a pause.
+    /// # fn silence() -> impl Future<Output = ()> { ready(()) }
+    /// // The rest of a frame that has lost its end, then a pause, then a frame.
+    /// let uart = Uart(vec![b"AB\0ab", b"", b"AB\0xyz\r"]);
+    /// let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
+    /// let next = reader.next_message_or_pause(silence, |setpoint| setpoint);
+    /// let setpoint = pin!(next).poll(&mut Context::from_waker(Waker::noop()));
+    /// assert_eq!(setpoint, Poll::Ready(Ok(Some(Setpoint::from(*b"xyz")))));
+    /// assert_eq!(reader.line().counters().events.idle, 1);
+    /// ```
+    pub async fn next_message_or_pause<S: Future<Output = ()>, T>(
+        &mut self,
+        mut silence: impl FnMut() -> S,
+        mut on: impl FnMut(P::Message<'_>) -> T,
+    ) -> Result<Option<T>, R::Error> {
+        loop {
+            while self.in_pause {
+                let mut made = None;
+                self.in_pause = self.line.line_event_step(LineEvent::Idle, |found| {
+                    made = found.message().map(&mut on);
+                });
+                if made.is_some() {
+                    return Ok(made);
+                }
+            }
+            if let Some(made) = self.next_in_buffer(&mut on) {
+                return Ok(Some(made));
+            }
+            let is_pending = self.line.pending() > 0;
+            let (source, buffer) = self.empty_buffer();
+            let read = source.read(buffer);
+            let count = if is_pending {
+                within(silence(), read).await
+            } else {
+                Some(read.await)
+            };
+            match count {
+                Some(count) => {
+                    if self.is_ended_by_read(count?) {
+                        return Ok(None);
+                    }
+                }
+                None => self.in_pause = true,
+            }
+        }
+    }
+}
+
+/// Returns the output of `work`, or `None` if the `limit` ends first. Then drops `work`.
+#[cfg(feature = "embedded-io-async-v0.7")]
+async fn within<T>(limit: impl Future<Output = ()>, work: impl Future<Output = T>) -> Option<T> {
+    let (mut limit, mut work) = (pin!(limit), pin!(work));
+    poll_fn(|context| match work.as_mut().poll(context) {
+        Poll::Ready(output) => Poll::Ready(Some(output)),
+        Poll::Pending => limit.as_mut().poll(context).map(|()| None),
+    })
+    .await
 }

@@ -23,7 +23,7 @@ mod telemetry;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
 use embedded_hal::digital::InputPin as _;
-use framelock::motion::{Failsafe, Output, Phase};
+use framelock::motion::{Failsafe, Output, Pace, Phase};
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{p0, p1};
 use nrf52840_hal::pac::{self, Interrupt};
@@ -101,12 +101,12 @@ fn main() -> ! {
         line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
         COUNTERS.show_failsafe(failsafe);
-        let state = pace.state(output.phase);
+        let state = output_state(output.phase, pace);
         leds.show(now, lock.held, COUNTERS.line_errors(), state);
         watchdog.feed(receives);
         if now.wrapping_sub(logged_at) >= LOG_EVERY {
             logged_at = now;
-            pace.update(failsafe.slow_frames());
+            pace.period_ended(failsafe.slow_frames());
             telemetry::log(state);
         }
         clock::sleep();
@@ -164,35 +164,13 @@ impl LineBreak {
     }
 }
 
-/// Detects a sender whose frames are too far apart to start the servos.
-#[derive(Default)]
-struct Pace {
-    slow_frames: u32,
-    /// The number of log entries in a row before which there were such frames.
-    slow_for: u8,
-}
-
-impl Pace {
-    /// Takes the failsafe's count of these frames. The main loop calls it with each log entry.
-    fn update(&mut self, slow_frames: u32) {
-        let is_slow = slow_frames != self.slow_frames;
-        self.slow_frames = slow_frames;
-        self.slow_for = if is_slow {
-            self.slow_for.saturating_add(1)
-        } else {
-            0
-        };
-    }
-
-    /// Returns the state to show. One slow frame is normal after a pause of the sender, so a single log entry with
-    /// slow frames does not count.
-    fn state(&self, phase: Phase) -> OutputState {
-        match phase {
-            Phase::Live => OutputState::Live,
-            Phase::Approach => OutputState::Approach,
-            _ if self.slow_for >= 2 => OutputState::SlowFrames,
-            _ => OutputState::NoFrames,
-        }
+/// Returns the state of the outputs to show.
+fn output_state(phase: Phase, pace: Pace) -> OutputState {
+    match phase {
+        Phase::Live => OutputState::Live,
+        Phase::Approach => OutputState::Approach,
+        _ if pace.is_slow() => OutputState::SlowFrames,
+        _ => OutputState::NoFrames,
     }
 }
 

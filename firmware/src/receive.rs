@@ -206,6 +206,6 @@ impl Registers for Hardware {
     }
 
     fn report(&mut self, event: LineEvent) {
-        self.line.line_event(event, |_| ());
+        self.line.event(event);
     }
 }

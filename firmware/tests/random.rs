@@ -3,7 +3,7 @@
 //! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of 200. A failure names
 //! its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
 
-use framelock_fuzz_oracles::Occurred;
+use framelock_oracles::Occurred;
 use framelock_proofs::reference::{Bin, Lecture, NaiveFormat as _};
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 use rand::{Rng, SeedableRng};

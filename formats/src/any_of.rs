@@ -4,7 +4,7 @@ use core::borrow::Borrow;
 
 use framelock::{Classification, DiscardReason, Format, LineEvent};
 
-use crate::layout::Layout;
+use crate::layout::CheckedLayout;
 
 /// Frames of several layouts on one line, for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
@@ -21,10 +21,13 @@ use crate::layout::Layout;
 /// ```
 /// use framelock::{BufferedReceiver, Format};
 /// use framelock_formats::AnyOf;
-/// use framelock_formats::layout::{Layout, Patterns};
+/// use framelock_formats::layout::{CheckedLayout, Layout, Patterns};
 ///
-/// const DOLLAR: Layout = Layout::builder().sync(Patterns::one(b"$")).longest(3).build_const();
-/// const HASH: Layout = Layout::builder().sync(Patterns::one(b"#")).longest(2).build_const();
+/// const fn short(sync: &[u8], longest: usize) -> CheckedLayout<'_> {
+///     Layout { sync: Patterns::one(sync), longest, ..Layout::NONE }.checked()
+/// }
+/// const DOLLAR: CheckedLayout = short(b"$", 3);
+/// const HASH: CheckedLayout = short(b"#", 2);
 ///
 /// let mut receiver = BufferedReceiver::with_buffer(AnyOf(&[DOLLAR, HASH]), [0; 6]).expect("it holds the longest");
 /// let mut found = Vec::new();
@@ -34,7 +37,7 @@ use crate::layout::Layout;
 /// assert_eq!(found, [(0, b"$ab".to_vec()), (1, b"#c".to_vec())]);
 /// ```
 #[derive(PartialEq, Eq, Debug)]
-pub struct AnyOf<'a, L = Layout<'a>>(
+pub struct AnyOf<'a, L = CheckedLayout<'a>>(
     /// The layouts, in the order in which they are tried. Each element is a layout or contains one.
     pub &'a [L],
 );
@@ -49,7 +52,7 @@ impl<L> Clone for AnyOf<'_, L> {
 
 impl<L> Copy for AnyOf<'_, L> {}
 
-impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
+impl<'l, L: Borrow<CheckedLayout<'l>>> Format for AnyOf<'_, L> {
     /// The length of the longest frame is known only at run time, so construct the receiver
     /// [`with_buffer`](framelock::BufferedReceiver::with_buffer), and give the receiver a buffer that holds the longest
     /// frame of all layouts.
@@ -97,10 +100,10 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     }
 }
 
-/// Does the same as [`Layout::classify_after`].
+/// Does the same as [`CheckedLayout::classify_after`].
 // The compiler does not inline this function, because the code for any layout is long.
 #[inline(never)]
-fn classify(layout: &Layout, bytes: &[u8], seen: usize) -> Classification {
+fn classify(layout: &CheckedLayout, bytes: &[u8], seen: usize) -> Classification {
     layout.classify_after(bytes, seen)
 }
 
@@ -168,7 +171,7 @@ pub(crate) fn kind<L>(
 
 /// Returns a number for the part of a frame in which classification finds this reason: 0 for the first byte, 1 for the
 /// rest of the sync, 2 for the header, 3 for the rest of the frame.
-const fn further_on(why: DiscardReason) -> u8 {
+pub(crate) const fn further_on(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,
         DiscardReason::BrokenSync => 1,

@@ -10,7 +10,8 @@
 use framelock::{Classification, DiscardReason, LineEvent};
 
 use crate::layout::{
-    ByteOrder, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns, Trailer, index,
+    ByteOrder, CheckedLayout, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns,
+    Trailer, index,
 };
 
 /// A parsed header.
@@ -24,12 +25,12 @@ pub(crate) struct Header {
     pub(crate) extra: Option<u8>,
 }
 
-impl Layout<'_> {
+impl CheckedLayout<'_> {
     /// Classifies the beginning of `bytes`, which must contain at least one byte.
     #[inline(always)]
     #[must_use]
     pub fn classify(&self, bytes: &[u8]) -> Classification {
-        self.classify_after(bytes, 0)
+        self.0.classify_after(bytes, 0)
     }
 
     /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must have
@@ -37,8 +38,7 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.try_classify(bytes, seen)
-            .unwrap_or_else(|classification| classification)
+        self.0.classify_after(bytes, seen)
     }
 
     /// Classifies incomplete bytes that a line event follows. A line event completes no frame of a layout, so the
@@ -46,8 +46,41 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        self.0.classify_before(bytes, event)
+    }
+
+    /// Returns true if a frame can begin with this byte.
+    #[inline(always)]
+    #[must_use]
+    pub fn starts(&self, byte: u8) -> bool {
+        self.0.starts(byte)
+    }
+}
+
+// MAVLink's formats use these functions of the unchecked layout. If they wrapped a layout that has messages of their own
+// in a `CheckedLayout` for each byte, the compiler would not specialise the code for the layout.
+impl Layout<'_> {
+    #[inline(always)]
+    pub(crate) fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.try_classify(bytes, seen)
+            .unwrap_or_else(|classification| classification)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::unused_self, reason = "`classify_by` calls a method")]
+    pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
         let _ = (bytes, event);
         Classification::Rejected(DiscardReason::LineEvent)
+    }
+
+    #[inline(always)]
+    pub(crate) fn starts(&self, byte: u8) -> bool {
+        let Patterns { bytes, length } = self.sync;
+        let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
+        // The first five syncs are tested without a loop. For a constant layout, these tests compile to five
+        // comparisons. A loop over the syncs would run for each byte of noise.
+        let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
+        length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
     /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
@@ -62,18 +95,6 @@ impl Layout<'_> {
             },
             Err(classification) => classification,
         })
-    }
-
-    /// Returns true if a frame can begin with this byte.
-    #[inline(always)]
-    #[must_use]
-    pub fn starts(&self, byte: u8) -> bool {
-        let Patterns { bytes, length } = self.sync;
-        let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // The first five syncs are tested without a loop. For a constant layout, these tests compile to five
-        // comparisons. A loop over the syncs would run for each byte of noise.
-        let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
-        length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
     /// Parses the header at the beginning of the bytes.
@@ -120,7 +141,7 @@ impl Layout<'_> {
             ),
             None => None,
         };
-        let extra = message.and_then(|message| message.has_extra.then_some(message.extra));
+        let extra = message.and_then(|message| message.extra);
         let trailer = self.trailer.map_or(0, |trailer| trailer.bytes_after(head));
         let frame = match &self.length {
             Length::Delimiter => {
@@ -199,8 +220,9 @@ impl Layout<'_> {
     /// contain no whole terminator.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
-        let others = self.other_terminators.iter().map(|it| it.len());
-        let width = others.fold(self.terminator.length.max(1), usize::max);
+        let [other, another] = &self.other_terminators;
+        let others = other.length.max(another.length);
+        let width = self.terminator.length.max(others).max(1);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // The search for a terminator has not yet covered the bytes that arrived before the header was complete.
         let seen = if seen >= self.header() { seen } else { 0 };
@@ -242,9 +264,8 @@ impl Layout<'_> {
             return Ok(None);
         };
         let end = bytes.get(place..).unwrap_or_default();
-        let others = self.other_terminators.iter().copied();
         let mut may_follow = false;
-        for terminator in self.terminator.each().chain(others) {
+        for terminator in self.terminators() {
             let mut both = terminator.iter().zip(end);
             if both.all(|(wanted, byte)| wanted == byte) {
                 if terminator.len() <= end.len() {

@@ -15,18 +15,14 @@ impl Crc<'_> {
     /// Returns the register after processing these bytes.
     #[inline(always)]
     pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
-        // The number of bits by which a table entry is shifted to its position in the register.
-        let shift = |narrower| if self.reflected_in { 0 } else { narrower };
+        let shift = if self.reflected_in { 0 } else { 24 };
         match self.table {
             Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
             Table::None => self.run(register, bytes, |byte| self.remainder(byte)),
-            Table::Bytes(table) => {
-                let crc = (register >> shift(24)).to_le_bytes()[0];
-                let next = |crc, byte: &u8| entry(table, crc ^ byte);
-                u32::from(bytes.iter().fold(crc, next)) << shift(24)
-            }
+            Table::Bytes(table) => self.run(register, bytes, |byte| {
+                u32::from(entry(table, byte)) << shift
+            }),
             Table::Words(table) => self.run(register, bytes, |byte| entry(table, byte)),
-            Table::Sixteens(tables) => self.sixteens(tables, register, bytes),
         }
     }
 
@@ -46,7 +42,7 @@ impl Crc<'_> {
     #[must_use]
     pub const fn table_of_bytes(&self) -> [u8; 256] {
         let mut table = [0; 256];
-        fill!(table, byte => self.narrow(byte).to_le_bytes()[0]);
+        fill!(table, byte => self.narrow(byte));
         table
     }
 
@@ -56,30 +52,6 @@ impl Crc<'_> {
         let mut table = [0; 256];
         fill!(table, byte => self.remainder(byte));
         table
-    }
-
-    /// Computes the tables of a CRC of any width, for [`Table::Sixteens`], which processes sixteen bytes in one step.
-    /// Entry `b` of table `n` is the register after the byte `b` and `n` zero bytes.
-    #[must_use]
-    pub const fn table_of_sixteens(&self) -> [[u32; 256]; 16] {
-        let mut tables = [[0; 256]; 16];
-        let mut table = self.table_of_words();
-        let mut rest: &mut [[u32; 256]] = &mut tables;
-        while let Some((place, behind)) = rest.split_first_mut() {
-            *place = table;
-            let mut entries: &mut [u32] = &mut table;
-            while let Some((entry, behind)) = entries.split_first_mut() {
-                let [lowest, .., highest] = entry.to_le_bytes();
-                *entry = if self.reflected_in {
-                    self.remainder(lowest) ^ *entry >> 8
-                } else {
-                    self.remainder(highest) ^ *entry << 8
-                };
-                entries = behind;
-            }
-            rest = behind;
-        }
-        tables
     }
 
     /// Returns the number of register bits that the CRC does not use.
@@ -101,52 +73,15 @@ impl Crc<'_> {
     fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
         bytes.iter().fold(register, |register, byte| {
             let [lowest, .., highest] = register.to_le_bytes();
-            if self.reflected_in {
-                remainder(lowest ^ byte) ^ register >> 8
+            let (out, rest) = if self.reflected_in {
+                (lowest, register >> 8)
             } else {
-                remainder(highest ^ byte) ^ register << 8
-            }
-        })
-    }
-
-    /// Processes sixteen bytes in each step, as four words. Table `n` is for the byte that is followed by `n` more of
-    /// the sixteen bytes. So the last word uses the first four tables, the word before it uses the next four, and so
-    /// on.
-    #[inline(never)]
-    fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
-        let word = |bytes: &[u8]| {
-            let four = bytes.first_chunk().copied().unwrap_or_default();
-            if self.reflected_in {
-                u32::from_le_bytes(four)
-            } else {
-                u32::from_be_bytes(four)
-            }
-        };
-        let of_word = |word: u32, tables: &[[u32; 256]]| {
-            let [a, b, c, d] = if self.reflected_in {
-                word.to_le_bytes()
-            } else {
-                word.to_be_bytes()
+                (highest, register << 8)
             };
-            let of = |table: usize, byte| tables.get(table).map_or(0, |table| entry(table, byte));
-            (of(3, a) ^ of(2, b)) ^ (of(1, c) ^ of(0, d))
-        };
-        let (mut register, mut rest) = (register, bytes);
-        while let Some((sixteen, behind)) = rest.split_first_chunk::<16>() {
-            let (first, others) = sixteen.split_at(4);
-            let others = others.chunks_exact(4).rev().zip(tables.chunks_exact(4));
-            let others = others.fold(0, |sum, (four, tables)| sum ^ of_word(word(four), tables));
-            // Only the first word depends on the previous iteration's register, so it is processed last.
-            let last_tables = tables.get(12..).unwrap_or_default();
-            register = others ^ of_word(word(first) ^ register, last_tables);
-            rest = behind;
-        }
-        while let Some((four, behind)) = rest.split_first_chunk::<4>() {
-            register = of_word(word(four) ^ register, tables);
-            rest = behind;
-        }
-        let [one, ..] = tables;
-        self.run(register, rest, |byte| entry(one, byte))
+            // Of a CRC of 8 bits no bits remain. If the width is constant, this saves an instruction.
+            let rest = if self.width == 8 { 0 } else { rest };
+            remainder(out ^ byte) ^ rest
+        })
     }
 
     /// Returns the value to xor into the register after the register has shifted out this byte. Computes the value bit
@@ -171,14 +106,10 @@ impl Crc<'_> {
         register
     }
 
-    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC, moved to the lowest eight bits.
-    pub(crate) const fn narrow(&self, byte: u8) -> u32 {
-        let remainder = self.remainder(byte);
-        if self.reflected_in {
-            remainder
-        } else {
-            remainder >> 24
-        }
+    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC.
+    pub(crate) const fn narrow(&self, byte: u8) -> u8 {
+        let [lowest, .., highest] = self.remainder(byte).to_le_bytes();
+        if self.reflected_in { lowest } else { highest }
     }
 
     const fn is_mcrf4xx(&self) -> bool {

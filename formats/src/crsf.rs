@@ -1,40 +1,41 @@
 //! TBS's Crossfire protocol, which ExpressLRS uses too.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
-use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns, Table};
+use crate::layout::{
+    Algorithm, CheckedLayout, Checksum, Crc, Layout, Length, LengthField, Patterns, Table,
+};
 use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 
 /// CRC-8/DVB-S2.
 const CRC: Crc = Crc::new(8, 0xD5);
 
-/// The CRC with its table. The feature `pc-crc-table` selects the larger tables, which are faster on a PC.
-#[cfg(feature = "pc-crc-table")]
-const TABLED: Crc = CRC.table(Table::Sixteens(&CRC.table_of_sixteens()));
-#[cfg(not(feature = "pc-crc-table"))]
-const TABLED: Crc = CRC.table(Table::Bytes(&CRC.table_of_bytes()));
-
 /// The layout of a CRSF frame: see [`Crsf`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::any_byte_of(&[
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::any_byte_of(&[
         address::FLIGHT_CONTROLLER,
         address::BROADCAST,
         address::REMOTE_CONTROL,
         address::RECEIVER,
         address::TRANSMITTER,
-    ]))
-    .length(Length::Field(LengthField::byte(1).plus(2)))
-    .shortest(4)
-    .longest(64)
-    .checksum(
-        Checksum::at_the_end(1)
-            .algorithm(Algorithm::Crc(TABLED))
-            .from(2),
-    )
-    .build_const();
+    ]),
+    length: Length::Field(LengthField {
+        plus: 2,
+        ..LengthField::byte(1)
+    }),
+    shortest: 4,
+    longest: 64,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Crc(Crc {
+            table: Table::Bytes(&CRC.table_of_bytes()),
+            ..CRC
+        }),
+        from: 2,
+        ..Checksum::at_the_end(1)
+    }),
+    ..Layout::NONE
+}
+.checked();
 
 /// TBS's Crossfire protocol, which ExpressLRS uses too. A frame has 4 to 64 bytes: an address, a length, a type, up to
 /// 60 bytes of payload, and a CRC-8 of type and payload. The line runs at 416 666 or 400 000 baud.
@@ -87,19 +88,6 @@ impl Format for Crsf {
             },
             _ => Message::default(),
         }
-    }
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `type 0x0B, address 0xC8: 00 EC`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "type {:#04X}, address {:#04X}{}",
-            self.kind,
-            self.address,
-            Hex(self.payload)
-        )
     }
 }
 

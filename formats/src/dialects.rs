@@ -67,7 +67,10 @@ const fn messages<const N: usize>(rows: [(u32, u8); N]) -> [KnownMessage; N] {
     while let (Some((place, later)), Some(((number, extra), behind))) =
         (places.split_first_mut(), rows.split_first())
     {
-        *place = KnownMessage::new(*number).extra(*extra);
+        *place = KnownMessage {
+            extra: Some(*extra),
+            ..KnownMessage::new(*number)
+        };
         (places, rows) = (later, behind);
     }
     messages

@@ -1,10 +1,8 @@
 //! UBX, NMEA and RTCM 3 on one line.
 
-use core::fmt;
-
 use framelock::Format;
 
-use crate::layout::Layout;
+use crate::layout::{CheckedLayout, Layout};
 use crate::{AnyOf, nmea, rtcm, ubx};
 
 /// The protocols that satellite receivers send on one line: UBX, NMEA and RTCM 3.
@@ -39,35 +37,29 @@ pub enum Message<'a> {
     Rtcm(rtcm::Message<'a>),
 }
 
-impl fmt::Display for Message<'_> {
-    /// Writes one line: `UBX class 0x05, id 0x01: 06 01`, `NMEA GPTXT,01,01,02,ok` or `RTCM message 1077: 43 50 00`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Ubx(message) => write!(f, "UBX {message}"),
-            Self::Nmea(sentence) => write!(f, "NMEA {}", sentence.escape_ascii()),
-            Self::Rtcm(message) => write!(f, "RTCM {message}"),
-        }
-    }
-}
-
 impl<const LONGEST: usize> Gnss<LONGEST> {
-    const UBX: Layout<'static> = ubx::LAYOUT.to_builder().longest(LONGEST).build_const();
     const ALL: AnyOf<'static> = AnyOf(&[
-        Self::UBX,
+        ubx::Ubx::<LONGEST>::LAYOUT,
         Self::up_to(&nmea::LAYOUT),
         Self::up_to(&rtcm::LAYOUT),
     ]);
 
-    const fn up_to(layout: &Layout<'static>) -> Layout<'static> {
-        if layout.longest() <= LONGEST {
-            return *layout;
+    const fn up_to(layout: &CheckedLayout<'static>) -> CheckedLayout<'static> {
+        let longest = if layout.layout().longest <= LONGEST {
+            layout.layout().longest
+        } else {
+            LONGEST
+        };
+        Layout {
+            longest,
+            ..layout.layout()
         }
-        layout.to_builder().longest(LONGEST).build_const()
+        .checked()
     }
 }
 
 impl<const LONGEST: usize> Format for Gnss<LONGEST> {
-    crate::classify_by!(Self::UBX, |_format| Self::ALL);
+    crate::classify_by!(ubx::Ubx::<LONGEST>::LAYOUT, |_format| Self::ALL);
     type Message<'a> = Message<'a>;
 
     #[inline]

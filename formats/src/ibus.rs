@@ -2,14 +2,19 @@
 
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{Algorithm, Checksum, Layout, Patterns};
+use crate::layout::{Algorithm, CheckedLayout, Checksum, Layout, Patterns};
 
 /// The layout of an iBUS frame: see [`Ibus`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0x20, 0x40]))
-    .longest(32)
-    .checksum(Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum))
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0x20, 0x40]),
+    longest: 32,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::InvertedSum,
+        ..Checksum::at_the_end(2)
+    }),
+    ..Layout::NONE
+}
+.checked();
 
 /// The servo frames of FlySky's iBUS. A frame has 32 bytes: `20 40`, fourteen 16-bit numbers in little endian, and a
 /// checksum. The checksum is 0xFFFF minus the sum of all preceding bytes. The line runs at 115 200 baud.

@@ -1,19 +1,19 @@
 //! The layout of a protocol's frames. In Rust a layout is a constant. For the command line, a TOML file describes it.
 
-mod builder;
 pub(crate) mod check;
 mod checksum;
-mod contradiction;
 mod parts;
 
-pub use builder::LayoutBuilder;
+use core::ops::Deref;
+
+use check::least;
+pub use check::{Contradiction, Part};
 pub use checksum::{Algorithm, Checksum, Crc, Encoding, Table};
-pub use contradiction::{Contradiction, Part};
 pub use parts::{
     ByteOrder, FixedBits, KnownMessage, Length, LengthField, Messages, Number, Patterns, Trailer,
 };
 
-/// The layout of a protocol's frames. It contains all that is needed to find, check and write frames.
+/// The layout of a protocol's frames: all that is needed to find, check and write frames, as plain data.
 ///
 /// ```text
 ///   sync   header: length, message, fixed bits     payload     checksum   terminator   trailer
@@ -25,9 +25,9 @@ pub use parts::{
 /// An *offset* states the position of a byte in a frame: 0 is the first byte, 1 the second, -1 the last, -2 the second
 /// to last. Offsets do not count the trailer, so -1 is the last byte before the trailer.
 ///
-/// A [builder](Self::builder) creates and checks a layout. If the parts contradict each other, a constant layout does
-/// not compile, and a builder at run time returns an error. Every layout keeps the laws of
-/// [`Format`](framelock::Format) (theorem 13g).
+/// Give the parts that the frames have, and take the others from [`Layout::NONE`]. [`checked`](Self::checked) checks a
+/// constant: if its parts contradict each other, the program does not compile. [`check`](Self::check) checks a layout
+/// at run time. Only a [`CheckedLayout`] can receive and write frames.
 ///
 /// # Examples
 /// `'A' 'B' length payload crc8`, with up to 16 bytes of payload:
@@ -35,12 +35,17 @@ pub use parts::{
 /// use framelock::{BufferedReceiver, Format, Classification};
 /// use framelock_formats::layout::*;
 ///
-/// const SHORT: Layout = Layout::builder()
-///     .sync(Patterns::one(b"AB"))
-///     .length(Length::Field(LengthField::byte(2).plus(4)))
-///     .longest(20)
-///     .checksum(Checksum::at_the_end(1).algorithm(Algorithm::Crc(Crc::new(8, 0x07))))
-///     .build_const();
+/// const SHORT: CheckedLayout = Layout {
+///     sync: Patterns::one(b"AB"),
+///     length: Length::Field(LengthField { plus: 4, ..LengthField::byte(2) }),
+///     longest: 20,
+///     checksum: Some(Checksum {
+///         algorithm: Algorithm::Crc(Crc::new(8, 0x07)),
+///         ..Checksum::at_the_end(1)
+///     }),
+///     ..Layout::NONE
+/// }
+/// .checked();
 ///
 /// #[derive(Clone, Copy)]
 /// struct Short;
@@ -68,67 +73,163 @@ pub use parts::{
 /// ```compile_fail,E0080
 /// use framelock_formats::layout::*;
 ///
-/// const SHORT: Layout = Layout::builder()
-///     .sync(Patterns::one(b"AB"))
-///     .longest(20)
-///     .checksum(Checksum::at_the_end(4).algorithm(Algorithm::Crc(Crc::new(33, 0x07))))
-///     .build_const();
+/// const SHORT: CheckedLayout = Layout {
+///     sync: Patterns::one(b"AB"),
+///     longest: 20,
+///     checksum: Some(Checksum {
+///         algorithm: Algorithm::Crc(Crc::new(33, 0x07)),
+///         ..Checksum::at_the_end(4)
+///     }),
+///     ..Layout::NONE
+/// }
+/// .checked();
 /// # let _ = SHORT;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Layout<'a> {
-    pub(crate) sync: Patterns<'a>,
-    pub(crate) length: Length,
-    pub(crate) shortest: usize,
-    pub(crate) longest: usize,
-    pub(crate) fixed: &'a [FixedBits],
-    pub(crate) messages: Option<Messages<'a>>,
-    pub(crate) checksum: Option<Checksum<'a>>,
-    pub(crate) terminator: Patterns<'a>,
-    pub(crate) content: &'a [(u8, u8)],
-    pub(crate) other_terminators: &'a [&'a [u8]],
-    pub(crate) trailer: Option<Trailer>,
+    /// The bytes that a frame begins with.
+    pub sync: Patterns<'a>,
+    /// The part that determines the length of a frame.
+    pub length: Length,
+    /// The number of bytes in the shortest frame. If it is 0, a frame may be as short as its parts allow.
+    pub shortest: usize,
+    /// The number of bytes in the longest frame, including its trailer. This number determines the size of the buffer,
+    /// and how long a false start can delay the next frame.
+    pub longest: usize,
+    /// The fixed bits: the bits outside the sync and the terminator that are the same in every frame.
+    pub fixed: &'a [FixedBits],
+    /// The known messages. Frames of other messages are rejected. `None` does not restrict the messages.
+    pub messages: Option<Messages<'a>>,
+    /// The checksum.
+    pub checksum: Option<Checksum<'a>>,
+    /// The bytes that a frame ends with.
+    pub terminator: Patterns<'a>,
+    /// The bytes that are allowed between the sync and the terminator, as inclusive ranges. If there are no ranges, any
+    /// byte is allowed. Use ranges only for frames that end with a delimiter. A byte outside the ranges must begin a
+    /// terminator. Otherwise the frame is rejected immediately. The check is fastest if the widest range comes first.
+    ///
+    /// # Examples
+    /// Lines of printable characters except `#`:
+    /// ```
+    /// use framelock::{Classification, DiscardReason};
+    /// use framelock_formats::layout::{CheckedLayout, Layout, Length, Patterns};
+    ///
+    /// const LINE: CheckedLayout = Layout {
+    ///     sync: Patterns::one(b"#"),
+    ///     length: Length::Delimiter,
+    ///     longest: 80,
+    ///     content: &[(b' ', b'"'), (b'$', b'~')],
+    ///     terminator: Patterns::one(b"\r\n"),
+    ///     other_terminators: [Patterns::one(b"\n"), Patterns::NONE],
+    ///     ..Layout::NONE
+    /// }
+    /// .checked();
+    /// assert_eq!(LINE.classify(b"#abc\n"), Classification::Frame(5));
+    /// assert_eq!(LINE.classify(b"#ab#"), Classification::Rejected(DiscardReason::WrongTerminator));
+    /// ```
+    pub content: &'a [(u8, u8)],
+    /// Terminators of other lengths, for frames with a `content`. Offsets from the end and `shortest` are counted as if
+    /// each frame ended with the `terminator`. [`seal`](CheckedLayout::seal) writes the `terminator`, never one of the
+    /// other terminators.
+    pub other_terminators: [Patterns<'a>; 2],
+    /// The trailer: the bytes that follow some frames.
+    pub trailer: Option<Trailer>,
+}
+
+/// A layout whose parts agree. It finds, checks and writes frames.
+///
+/// [`Layout::checked`] and [`Layout::check`] return it. Every checked layout keeps the laws of
+/// [`Format`](framelock::Format) (theorem 13g). Its parts are those of the [`Layout`] that it dereferences to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CheckedLayout<'a>(pub(crate) Layout<'a>);
+
+impl<'a> Deref for CheckedLayout<'a> {
+    type Target = Layout<'a>;
+
+    #[inline(always)]
+    fn deref(&self) -> &Layout<'a> {
+        &self.0
+    }
+}
+
+impl<'a> CheckedLayout<'a> {
+    /// Returns the parts. In a constant, use this function to change some of them:
+    /// ```
+    /// use framelock_formats::layout::{CheckedLayout, Layout};
+    /// use framelock_formats::ubx;
+    ///
+    /// const SHORT_UBX: CheckedLayout = Layout { longest: 100, ..ubx::LAYOUT.layout() }.checked();
+    /// ```
+    #[inline]
+    #[must_use]
+    pub const fn layout(&self) -> Layout<'a> {
+        self.0
+    }
 }
 
 impl<'a> Layout<'a> {
-    /// Returns a builder of a layout that has no parts yet.
-    #[inline]
-    pub const fn builder() -> LayoutBuilder<'a> {
-        LayoutBuilder::new()
+    /// No parts: a layout needs at least [`longest`](Self::longest), and a part that tells frames from noise.
+    pub const NONE: Self = Self {
+        sync: Patterns::NONE,
+        length: Length::Fixed,
+        shortest: 0,
+        longest: 0,
+        fixed: &[],
+        messages: None,
+        checksum: None,
+        terminator: Patterns::NONE,
+        content: &[],
+        other_terminators: [Patterns::NONE; 2],
+        trailer: None,
+    };
+
+    /// Checks that the parts agree. The checked layout has a [`shortest`](Self::shortest) that is not 0.
+    ///
+    /// # Errors
+    /// Returns the first contradiction between the parts.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock_formats::layout::{Layout, Length, LengthField, Part, Patterns};
+    ///
+    /// let layout = |longest| Layout {
+    ///     sync: Patterns::one(b"$"),
+    ///     length: Length::Field(LengthField::byte(1)),
+    ///     shortest: 40,
+    ///     longest,
+    ///     ..Layout::NONE
+    /// };
+    /// assert!(layout(60).check().is_ok());
+    ///
+    /// let contradiction = layout(20).check().expect_err("40 is more than 20");
+    /// assert_eq!(contradiction.part, Part::Longest);
+    /// assert!(contradiction.message.starts_with("longest: it is less than shortest"));
+    /// ```
+    pub const fn check(mut self) -> Result<CheckedLayout<'a>, Contradiction> {
+        if self.shortest == 0 {
+            self.shortest = match self.length {
+                Length::Fixed => self.longest,
+                _ => larger(least(&self), 1),
+            };
+        }
+        match check::check(&self) {
+            Ok(()) => Ok(CheckedLayout(self)),
+            Err(contradiction) => Err(contradiction),
+        }
     }
 
-    /// Returns a builder that starts with the parts of this layout.
-    #[inline]
-    pub const fn to_builder(self) -> LayoutBuilder<'a> {
-        LayoutBuilder::from_layout(&self)
-    }
-
-    /// Returns the bytes that a frame begins with.
-    #[inline]
+    /// Checks a constant: if the parts contradict each other, the program does not compile.
+    ///
+    /// # Panics
+    /// Panics if the parts contradict each other. At run time, use [`check`](Self::check), which returns an error
+    /// instead.
     #[must_use]
-    pub const fn sync(&self) -> Patterns<'a> {
-        self.sync
-    }
-
-    /// Returns the part that determines the length of a frame.
-    #[inline]
-    #[must_use]
-    pub const fn length(&self) -> Length {
-        self.length
-    }
-
-    /// Returns the number of bytes in the shortest frame.
-    #[inline]
-    #[must_use]
-    pub const fn shortest(&self) -> usize {
-        self.shortest
-    }
-
-    /// Returns the number of bytes in the longest frame, including its trailer.
-    #[inline]
-    #[must_use]
-    pub const fn longest(&self) -> usize {
-        self.longest
+    pub const fn checked(self) -> CheckedLayout<'a> {
+        match self.check() {
+            Ok(layout) => layout,
+            #[expect(clippy::panic, reason = "in a constant this is a compile error")]
+            Err(contradiction) => panic!("{}", contradiction.message),
+        }
     }
 
     /// Returns the number of bytes in the longest frame that has no trailer.
@@ -137,54 +238,18 @@ impl<'a> Layout<'a> {
         check::without_trailer(self)
     }
 
-    /// Returns the fixed bits: the bits outside the sync and the terminator that are the same in every frame.
-    #[inline]
-    #[must_use]
-    pub const fn fixed(&self) -> &'a [FixedBits] {
-        self.fixed
+    /// Returns an iterator over all terminators. The patterns of [`terminator`](Self::terminator) come first.
+    #[inline(always)]
+    pub fn terminators(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let [other, another] = &self.other_terminators;
+        let others = other.each().chain(another.each());
+        self.terminator.each().chain(others)
     }
 
-    /// Returns the known messages, or `None` if the layout does not restrict the messages.
-    #[inline]
-    #[must_use]
-    pub const fn messages(&self) -> Option<Messages<'a>> {
-        self.messages
-    }
-
-    /// Returns the checksum.
-    #[inline]
-    #[must_use]
-    pub const fn checksum(&self) -> Option<Checksum<'a>> {
-        self.checksum
-    }
-
-    /// Returns the bytes that a frame ends with.
-    #[inline]
-    #[must_use]
-    pub const fn terminator(&self) -> Patterns<'a> {
-        self.terminator
-    }
-
-    /// Returns the bytes that are allowed between the sync and the terminator, as inclusive ranges. If there are no
-    /// ranges, any byte is allowed.
-    #[inline]
-    #[must_use]
-    pub const fn content(&self) -> &'a [(u8, u8)] {
-        self.content
-    }
-
-    /// Returns the other terminators that a frame may end with. They may have different lengths.
-    #[inline]
-    #[must_use]
-    pub const fn other_terminators(&self) -> &'a [&'a [u8]] {
-        self.other_terminators
-    }
-
-    /// Returns the trailer: the bytes that follow some frames.
-    #[inline]
-    #[must_use]
-    pub const fn trailer(&self) -> Option<Trailer> {
-        self.trailer
+    #[inline(always)]
+    const fn has_other_terminators(&self) -> bool {
+        let [other, another] = &self.other_terminators;
+        other.length | another.length != 0
     }
 
     /// Returns the length from which negative offsets in this frame count back. This is the frame's length, unless the
@@ -193,19 +258,22 @@ impl<'a> Layout<'a> {
     #[inline(always)]
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
-        let others = self.other_terminators.iter().copied();
+        if self.has_other_terminators() {
+            self.length_with_own_terminator(frame)
+        } else {
+            frame.len()
+        }
+    }
+
+    // It is called once for a frame, and only by few layouts.
+    #[cold]
+    fn length_with_own_terminator(&self, frame: &[u8]) -> usize {
         // Take the longest terminator that fits, because a shorter terminator may be the end of a longer terminator.
-        let ends = self.terminator.each().chain(others);
-        let ends = ends.filter(|end| {
+        let ends = self.terminators().filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());
             end.len() <= frame.len() && both.all(|(wanted, byte)| wanted == byte)
         });
-        let ends = ends.map(<[u8]>::len);
-        let end = match self.other_terminators {
-            [] => None,
-            _ => ends.max(),
-        };
-        match end {
+        match ends.map(<[u8]>::len).max() {
             Some(end) => frame
                 .len()
                 .wrapping_sub(end)

@@ -45,8 +45,8 @@
 //!             }
 //!         }
 //!         Uart::Idle => line.line_event(LineEvent::Idle, |found| {
-//!             if let Some(frame) = found.message() {
-//!                 receive(frame.message());
+//!             if let Some(message) = found.decoded() {
+//!                 receive(message);
 //!             }
 //!         }),
 //!     }
@@ -84,7 +84,7 @@
 //! The formats find and check each message, and decode the fields that every message of the protocol has. Your program
 //! interprets the payloads of CRSF, UBX and MAVLink.
 //!
-//! To receive a protocol of your own, describe its frames as a [`Layout`], and turn the layout into a format with
+//! To receive a protocol of your own, describe its frames as a [`Layout`], and turn the checked layout into a format with
 //! [`classify_by!`]. [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
 //! check a format that you write by hand.
 //!
@@ -132,9 +132,9 @@ mod classify;
 mod crc;
 pub mod crsf;
 mod dialects;
+mod example;
 mod format_laws;
 pub mod gnss;
-mod hex;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;
@@ -152,7 +152,7 @@ pub use any_of::AnyOf;
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 #[doc(hidden)]
 pub use framelock::{Classification, LineEvent};
-pub use layout::Layout;
+pub use layout::{CheckedLayout, Layout};
 
 use framelock::EncodeError;
 
@@ -170,7 +170,7 @@ macro_rules! classify_by {
         $crate::classify_by!($layout, |_format| const { $layout });
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
-        const LONGEST: usize = $longest.longest();
+        const LONGEST: usize = $longest.layout().longest;
 
         #[inline]
         fn classify(&self, bytes: &[u8]) -> $crate::Classification {
@@ -201,7 +201,7 @@ macro_rules! classify_by {
     };
 }
 
-/// Writes `parts` one after another to the front of `into`, and [seals](Layout::seal) them. Returns the frame.
+/// Writes `parts` one after another to the front of `into`, and [seals](CheckedLayout::seal) them. Returns the frame.
 fn write<'b>(
     layout: &Layout,
     into: &'b mut [u8],

@@ -1,43 +1,35 @@
 //! MAVLink 1 and 2.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
 pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
-use crate::hex::Hex;
 use crate::layout::{
-    Algorithm, ByteOrder, Checksum, Crc, FixedBits, KnownMessage, Layout, Length, LengthField,
-    Messages, Number, Patterns, Trailer,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, FixedBits, KnownMessage, Layout, Length,
+    LengthField, Messages, Number, Patterns, Trailer,
 };
 
 /// CRC-16/MCRF4XX.
-const CRC: Crc<'static> = Crc::new(16, 0x1021).initial(0xFFFF).reflected();
-
-/// The CRC, with a table if the feature `pc-crc-table` is on.
-#[cfg(feature = "pc-crc-table")]
-const TABLED: Crc<'static> = CRC.table(crate::layout::Table::Sixteens(&CRC.table_of_sixteens()));
-#[cfg(not(feature = "pc-crc-table"))]
-const TABLED: Crc<'static> = CRC;
+const CRC: Crc<'static> = Crc {
+    initial: 0xFFFF,
+    reflected_in: true,
+    reflected_out: true,
+    ..Crc::new(16, 0x1021)
+};
 
 /// MAVLink's checksum, which covers all bytes before it except the first.
-const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
-    .algorithm(Algorithm::Crc(TABLED))
-    .from(1);
+const CHECKSUM: Option<Checksum<'static>> = Some(Checksum {
+    algorithm: Algorithm::Crc(CRC),
+    from: 1,
+    ..Checksum::at_the_end(2)
+});
 
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
 /// Panics if the messages are not in ascending order of their numbers, or if none of the numbers is below 256.
 #[must_use]
-pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
-    Layout::builder()
-        .sync(Patterns::one(&[0xFE]))
-        .length(Length::Field(LengthField::byte(1).plus(8)))
-        .longest(263)
-        .messages(Messages::new(Number::byte(5), messages))
-        .checksum(CHECKSUM)
-        .build_const()
+pub const fn layout_v1(messages: &[KnownMessage]) -> CheckedLayout<'_> {
+    unchecked_v1(messages).checked()
 }
 
 /// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
@@ -45,34 +37,64 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
 /// # Panics
 /// Panics if the messages are not in ascending order of their numbers, or if there are no messages.
 #[must_use]
-pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
-    Layout::builder()
-        .sync(Patterns::one(&[0xFD]))
-        .length(Length::Field(LengthField::byte(1).plus(12)))
-        .longest(280)
-        .fixed(const { &[FixedBits::new(2, 0xFE, 0)] })
-        .messages(Messages::new(
-            Number::new(7, 3, ByteOrder::Little),
-            messages,
-        ))
-        .checksum(CHECKSUM)
-        .trailer(Trailer::new(2, 1, 13))
-        .build_const()
+pub const fn layout_v2(messages: &[KnownMessage]) -> CheckedLayout<'_> {
+    unchecked_v2(messages).checked()
 }
-
-/// Both layouts are checked at compile time, with a placeholder message. For each byte, a format only replaces the
-/// placeholder with its own messages, and does not check the layout again.
-const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
-const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
 #[inline(always)]
-const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -> Layout<'a> {
-    let messages = match layout.messages {
-        Some(messages) => Some(Messages::new(messages.number, known)),
-        None => None,
-    };
-    Layout { messages, ..layout }
+const fn unchecked_v1(known: &[KnownMessage]) -> Layout<'_> {
+    Layout {
+        sync: Patterns::one(&[0xFE]),
+        length: Length::Field(LengthField {
+            plus: 8,
+            ..LengthField::byte(1)
+        }),
+        shortest: 8,
+        longest: 263,
+        messages: Some(Messages {
+            number: Number::byte(5),
+            known,
+        }),
+        checksum: CHECKSUM,
+        ..Layout::NONE
+    }
 }
+
+#[inline(always)]
+const fn unchecked_v2(known: &[KnownMessage]) -> Layout<'_> {
+    Layout {
+        sync: Patterns::one(&[0xFD]),
+        length: Length::Field(LengthField {
+            plus: 12,
+            ..LengthField::byte(1)
+        }),
+        shortest: 12,
+        longest: 280,
+        fixed: const {
+            &[FixedBits {
+                at: 2,
+                mask: 0xFE,
+                value: 0,
+            }]
+        },
+        messages: Some(Messages {
+            number: Number::new(7, 3, ByteOrder::Little),
+            known,
+        }),
+        checksum: CHECKSUM,
+        trailer: Some(Trailer {
+            at: 2,
+            mask: 1,
+            bytes: 13,
+        }),
+        ..Layout::NONE
+    }
+}
+
+/// Both layouts are checked at compile time, with a placeholder message. A format has its own messages, and does not
+/// check the layout again for each byte.
+const MAVLINK1: CheckedLayout<'static> = layout_v1(&[KnownMessage::new(0)]);
+const MAVLINK2: CheckedLayout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
 /// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
 /// header announces it.
@@ -85,7 +107,7 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
 /// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is
-/// computed without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
+/// computed without a table.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.
@@ -148,31 +170,8 @@ pub struct Signature<'a> {
     pub signed: &'a [u8],
 }
 
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `message 30, sequence 7, system 1, component 1, signed: 00 10`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let signed = if self.signature.is_some() {
-            ", signed"
-        } else {
-            ""
-        };
-        let Self {
-            sequence,
-            system,
-            component,
-            id,
-            ..
-        } = self;
-        write!(
-            f,
-            "message {id}, sequence {sequence}, system {system}, component {component}"
-        )?;
-        write!(f, "{signed}{}", Hex(self.payload))
-    }
-}
-
 impl Format for Mavlink1<'_> {
-    crate::classify_by!(MAVLINK1, |format| with_messages(MAVLINK1, format.0));
+    crate::classify_by!(MAVLINK1, |format| unchecked_v1(format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -194,7 +193,7 @@ impl Format for Mavlink1<'_> {
 }
 
 impl Format for Mavlink2<'_> {
-    crate::classify_by!(MAVLINK2, |format| with_messages(MAVLINK2, format.0));
+    crate::classify_by!(MAVLINK2, |format| unchecked_v2(format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -243,7 +242,7 @@ impl EncodeInto for Mavlink1<'_> {
         let id = u8::try_from(message.id).map_err(|_| EncodeError::InvalidMessage)?;
         let head = [0, 0, message.sequence, system, component, id];
         crate::write(
-            &with_messages(MAVLINK1, self.0),
+            &unchecked_v1(self.0),
             into,
             &[&head, message.payload, &[0, 0]],
         )
@@ -269,10 +268,6 @@ impl EncodeInto for Mavlink2<'_> {
             return Err(EncodeError::InvalidMessage);
         };
         let head = [0, 0, 0, 0, message.sequence, system, component, a, b, c];
-        crate::write(
-            &with_messages(MAVLINK2, self.0),
-            into,
-            &[&head, payload, &[0, 0]],
-        )
+        crate::write(&unchecked_v2(self.0), into, &[&head, payload, &[0, 0]])
     }
 }

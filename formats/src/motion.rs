@@ -3,37 +3,46 @@
 
 use framelock::{Encode, FixedFormat, Shape};
 
-use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
+use crate::layout::{Algorithm, CheckedLayout, Checksum, Crc, Encoding, Layout, Patterns};
 
 /// The layout of a [`Bin`](framelock::motion::Bin) frame.
-pub const BIN: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(b"AB"))
-    .longest(7)
-    .terminator(Patterns::one(b"\r"))
-    .build_const();
+pub const BIN: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(b"AB"),
+    longest: 7,
+    terminator: Patterns::one(b"\r"),
+    ..Layout::NONE
+}
+.checked();
 
 /// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame.
-pub const BIN_CRC8: Layout<'static> = BIN
-    .to_builder()
-    .shortest(8)
-    .longest(8)
-    .checksum(
-        Checksum::at_the_end(1)
-            .algorithm(Algorithm::Crc(
-                Crc::new(8, 0x2F).initial(0xFF).xor_out(0xFF),
-            ))
-            .at(-2)
-            .from(2)
-            .to(-3),
-    )
-    .build_const();
+pub const BIN_CRC8: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(b"AB"),
+    longest: 8,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Crc(Crc {
+            initial: 0xFF,
+            xor_out: 0xFF,
+            ..Crc::new(8, 0x2F)
+        }),
+        bytes: 1,
+        encoding: Encoding::Little,
+        at: -2,
+        from: 2,
+        to: -3,
+    }),
+    terminator: Patterns::one(b"\r"),
+    ..Layout::NONE
+}
+.checked();
 
 /// The layout of a frame of six axes, for receivers that take a layout: see [`SixAxes`].
-pub const SIX_AXES: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0xFF, 0xFF]))
-    .longest(16)
-    .terminator(Patterns::one(b"\n\r"))
-    .build_const();
+pub const SIX_AXES: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0xFF, 0xFF]),
+    longest: 16,
+    terminator: Patterns::one(b"\n\r"),
+    ..Layout::NONE
+}
+.checked();
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///

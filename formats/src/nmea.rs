@@ -2,27 +2,35 @@
 
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{Algorithm, Checksum, Encoding, FixedBits, Layout, Length, Patterns};
+use crate::layout::{
+    Algorithm, CheckedLayout, Checksum, Encoding, FixedBits, Layout, Length, Patterns,
+};
 
 /// The layout of an NMEA 0183 sentence: see [`Nmea`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::any_byte_of(b"$!"))
-    .length(Length::Delimiter)
-    .shortest(7)
-    .longest(512 + 3)
-    .content(&[(b'%', b'~'), (b'"', b'#'), (b' ', b' ')])
-    .fixed(&[FixedBits::new(-5, 0xFF, b'*')])
-    .checksum(
-        Checksum::at_the_end(1)
-            .algorithm(Algorithm::Xor)
-            .encoding(Encoding::Hex)
-            .at(-4)
-            .from(1)
-            .to(-6),
-    )
-    .terminator(Patterns::one(b"\r\n"))
-    .other_terminators(&[b"\n", b"\r\r\n"])
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::any_byte_of(b"$!"),
+    length: Length::Delimiter,
+    shortest: 7,
+    longest: 512 + 3,
+    content: &[(b'%', b'~'), (b'"', b'#'), (b' ', b' ')],
+    fixed: &[FixedBits {
+        at: -5,
+        mask: 0xFF,
+        value: b'*',
+    }],
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Xor,
+        bytes: 1,
+        encoding: Encoding::Hex,
+        at: -4,
+        from: 1,
+        to: -6,
+    }),
+    terminator: Patterns::one(b"\r\n"),
+    other_terminators: [Patterns::one(b"\n"), Patterns::one(b"\r\r\n")],
+    ..Layout::NONE
+}
+.checked();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two hexadecimal
 /// digits, and CR LF. LF alone and CR CR LF are accepted too, because both line ends occur in logs. The line runs at 4

@@ -1,31 +1,34 @@
 //! RTCM 3, corrections for satellite receivers.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
 use crate::layout::{
-    Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField, Number,
-    Patterns,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, FixedBits, Layout, Length,
+    LengthField, Number, Patterns,
 };
 
 /// The layout of an RTCM 3 frame: see [`Rtcm`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0xD3]))
-    .length(Length::Field(
-        LengthField::new(Number::new(1, 2, ByteOrder::Big))
-            .mask(0x03FF)
-            .plus(6),
-    ))
-    .longest(1029)
-    .fixed(&[FixedBits::new(1, 0xFC, 0)])
-    .checksum(
-        Checksum::at_the_end(3)
-            .algorithm(Algorithm::Crc(Crc::new(24, 0x86_4CFB)))
-            .encoding(Encoding::Big),
-    )
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0xD3]),
+    length: Length::Field(LengthField {
+        mask: 0x03FF,
+        plus: 6,
+        ..LengthField::new(Number::new(1, 2, ByteOrder::Big))
+    }),
+    longest: 1029,
+    fixed: &[FixedBits {
+        at: 1,
+        mask: 0xFC,
+        value: 0,
+    }],
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Crc(Crc::new(24, 0x86_4CFB)),
+        encoding: Encoding::Big,
+        ..Checksum::at_the_end(3)
+    }),
+    ..Layout::NONE
+}
+.checked();
 
 /// RTCM 3, corrections for satellite receivers: `D3`, six zero bits, a length of ten bits, up to 1 023 bytes of
 /// payload, a CRC of 24 bits.
@@ -59,16 +62,6 @@ pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 pub struct Message<'a> {
     /// The payload, 0 to 1 023 bytes. A field may have any number of bits, and its highest bit comes first.
     pub payload: &'a [u8],
-}
-
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `message 1077: 43 50 00`, or `no message` if the payload is too short for a number.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.number() {
-            Some(number) => write!(f, "message {number}{}", Hex(self.payload)),
-            None => write!(f, "no message{}", Hex(self.payload)),
-        }
-    }
 }
 
 impl Message<'_> {

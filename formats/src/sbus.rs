@@ -1,18 +1,22 @@
 //! Futaba's SBUS.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{FixedBits, Layout, Patterns};
+use crate::layout::{CheckedLayout, FixedBits, Layout, Patterns};
 
 /// The layout of an SBUS frame: see [`Sbus`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0x0F]))
-    .longest(25)
-    .fixed(&[FixedBits::new(23, 0xF0, 0)])
-    .terminator(Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]))
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0x0F]),
+    longest: 25,
+    fixed: &[FixedBits {
+        at: 23,
+        mask: 0xF0,
+        value: 0,
+    }],
+    terminator: Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]),
+    ..Layout::NONE
+}
+.checked();
 
 /// Futaba's SBUS. A frame has 25 bytes: `0F`, sixteen channels of 11 bits, flags, `00`. The line runs at 100 000 baud
 /// with even parity and two stop bits, and is inverted.
@@ -56,20 +60,6 @@ pub struct Message {
     /// True if the radio has lost its transmitter. The channels then have the failsafe values that are configured in
     /// the radio.
     pub failsafe: bool,
-}
-
-impl fmt::Display for Message {
-    /// Writes one line, as in `channels: 992 172 [...] 992, digital: on off, frame lost, failsafe`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("channels:")?;
-        for channel in self.channels {
-            write!(f, " {channel}")?;
-        }
-        let [seventeen, eighteen] = self.digital.map(|it| if it { "on" } else { "off" });
-        write!(f, ", digital: {seventeen} {eighteen}")?;
-        f.write_str(if self.frame_lost { ", frame lost" } else { "" })?;
-        f.write_str(if self.failsafe { ", failsafe" } else { "" })
-    }
 }
 
 impl Format for Sbus {

@@ -3,9 +3,9 @@
 use framelock::Classification;
 
 use crate::checksum::fill;
-use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
+use crate::layout::{ByteOrder, CheckedLayout, Layout, Length, LengthField, Patterns, index};
 
-impl Layout<'_> {
+impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
     /// bytes as they are. If the layout has several syncs or several terminators, writes the first sync and the first
     /// terminator, unless the bytes already have a valid one. If the frame has a trailer, set the bits that announce
@@ -14,8 +14,14 @@ impl Layout<'_> {
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
+        self.0.seal(frame)
+    }
+}
+
+impl Layout<'_> {
+    pub(crate) fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
-        self.classify(frame) == Classification::Frame(frame.len())
+        self.classify_after(frame, 0) == Classification::Frame(frame.len())
     }
 
     pub(crate) fn write(&self, frame: &mut [u8]) {

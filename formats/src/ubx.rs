@@ -1,27 +1,27 @@
 //! u-blox's UBX.
 
-use core::fmt;
-
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::hex::Hex;
 use crate::layout::{
-    Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
 
 /// The layout of a UBX frame. Its longest frame is the longest that the protocol allows. See [`Ubx`].
-pub const LAYOUT: Layout<'static> = Layout::builder()
-    .sync(Patterns::one(&[0xB5, 0x62]))
-    .length(Length::Field(
-        LengthField::new(Number::new(4, 2, ByteOrder::Little)).plus(8),
-    ))
-    .longest(65_543)
-    .checksum(
-        Checksum::at_the_end(2)
-            .algorithm(Algorithm::Fletcher)
-            .from(2),
-    )
-    .build_const();
+pub const LAYOUT: CheckedLayout<'static> = Layout {
+    sync: Patterns::one(&[0xB5, 0x62]),
+    length: Length::Field(LengthField {
+        plus: 8,
+        ..LengthField::new(Number::new(4, 2, ByteOrder::Little))
+    }),
+    longest: 65_543,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Fletcher,
+        from: 2,
+        ..Checksum::at_the_end(2)
+    }),
+    ..Layout::NONE
+}
+.checked();
 
 /// u-blox's UBX: `B5 62`, class, id, a 16-bit length in little endian, the payload, and a checksum. The checksum is a
 /// Fletcher checksum of two bytes, which covers everything except the sync.
@@ -63,21 +63,12 @@ pub struct Message<'a> {
     pub payload: &'a [u8],
 }
 
-impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `class 0x05, id 0x01: 06 01`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "class {:#04X}, id {:#04X}{}",
-            self.class,
-            self.id,
-            Hex(self.payload)
-        )
-    }
-}
-
 impl<const LONGEST: usize> Ubx<LONGEST> {
-    const LAYOUT: Layout<'static> = LAYOUT.to_builder().longest(LONGEST).build_const();
+    pub(crate) const LAYOUT: CheckedLayout<'static> = Layout {
+        longest: LONGEST,
+        ..LAYOUT.layout()
+    }
+    .checked();
 }
 
 impl<const LONGEST: usize> Format for Ubx<LONGEST> {

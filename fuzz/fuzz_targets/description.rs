@@ -1,12 +1,8 @@
-//! Parses texts as descriptions. The property is defined in the descriptions' own tests.
+//! See `framelock_description_oracles::is_refused_or_agrees`.
 #![no_main]
 
-#[path = "../../host/description/tests/suite/agreement.rs"]
-mod agreement;
-#[allow(dead_code, reason = "only the tests use random descriptions")]
-#[path = "../../host/description/tests/suite/drawn.rs"]
-mod drawn;
+use framelock_description_oracles::is_refused_or_agrees;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    agreement::is_refused_or_agrees(text);
+    is_refused_or_agrees(text);
 });

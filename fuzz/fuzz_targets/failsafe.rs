@@ -1,7 +1,7 @@
-//! See `framelock_fuzz_oracles::failsafe`.
+//! See `framelock_oracles::failsafe`.
 #![no_main]
 
-use framelock_fuzz_oracles::{Schedule, failsafe};
+use framelock_oracles::{Schedule, failsafe};
 
 libfuzzer_sys::fuzz_target!(|input: Schedule| {
     let _ = failsafe(&input);

@@ -1,7 +1,7 @@
-//! See `framelock_fuzz_oracles::faults`.
+//! See `framelock_oracles::faults`.
 #![no_main]
 
-use framelock_fuzz_oracles::{FaultyLine, faults};
+use framelock_oracles::{FaultyLine, faults};
 
 libfuzzer_sys::fuzz_target!(|input: FaultyLine| {
     faults(&input);

@@ -1,7 +1,7 @@
-//! See `framelock_fuzz_oracles::framing`.
+//! See `framelock_oracles::framing`.
 #![no_main]
 
-use framelock_fuzz_oracles::{AnyFormat, framing};
+use framelock_oracles::{AnyFormat, framing};
 
 libfuzzer_sys::fuzz_target!(|input: AnyFormat| {
     framing(&input);

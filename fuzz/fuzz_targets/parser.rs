@@ -1,7 +1,7 @@
-//! See `framelock_fuzz_oracles::parser`.
+//! See `framelock_oracles::parser`.
 #![no_main]
 
-use framelock_fuzz_oracles::{Stream, parser};
+use framelock_oracles::{Stream, parser};
 
 libfuzzer_sys::fuzz_target!(|input: Stream| {
     parser(&input);

@@ -1,7 +1,7 @@
-//! See `framelock_fuzz_oracles::reader`.
+//! See `framelock_oracles::reader`.
 #![no_main]
 
-use framelock_fuzz_oracles::{Stream, reader};
+use framelock_oracles::{Stream, reader};
 
 libfuzzer_sys::fuzz_target!(|input: Stream| {
     reader(&input);

@@ -49,6 +49,16 @@ impl Parser for AnyParser {
         self.report(kani::any, found);
     }
 
+    fn line_event_step(&mut self, _: LineEvent, found: impl FnMut(Found<u8>)) -> bool {
+        self.report(kani::any, found);
+        kani::any()
+    }
+
+    fn poll_step(&mut self, found: impl FnMut(Found<u8>)) -> bool {
+        self.report(kani::any, found);
+        kani::any()
+    }
+
     fn pending(&self) -> usize {
         kani::any()
     }

@@ -47,23 +47,46 @@ fn any_slice() -> &'static [u8] {
     part(&BYTES, 0, kani::any_where(|&length| length <= BYTES.len()))
 }
 
-/// Passes a slice of any length to `feed` and `next`. Ignores executions with a second outcome. Such an execution has
+/// Passes a slice of any length to `feed` or to `next`. Ignores executions with a second outcome. Such an execution has
 /// reached another state in the same loop.
 fn any_slice_is_taken<P: OfSetpoints>(parser: P) {
     let bytes = any_slice();
-    let (mut fed, mut placed) = (parser, 0);
-    fed.feed(bytes, |found| {
-        kani::assume(placed == 0);
-        placed = found.bytes();
-    });
-    assert!(placed + fed.pending() == parser.pending() + bytes.len());
+    let placed = if kani::any() {
+        let (mut fed, mut placed) = (parser, 0);
+        fed.feed(bytes, |found| {
+            kani::assume(placed == 0);
+            placed = found.bytes();
+        });
+        assert!(placed + fed.pending() == parser.pending() + bytes.len());
+        placed
+    } else {
+        slice_is_pulled(parser, bytes).0
+    };
+    kani::cover!(placed == P::LENGTH, "a frame, or a broken frame");
+}
+
+/// Passes a slice to `next`. Ignores executions with a second outcome. Returns the number of bytes in the outcome, and
+/// the rest of the slice.
+fn slice_is_pulled<P: OfSetpoints>(parser: P, bytes: &[u8]) -> (usize, &[u8]) {
     let (mut pulled, mut rest, mut placed) = (parser, bytes, 0);
     pulled.next_with(&mut rest, |one| {
         kani::assume(placed == 0);
         placed = one.bytes();
     });
     assert!(placed + pulled.pending() + rest.len() == parser.pending() + bytes.len());
-    kani::cover!(placed == P::LENGTH, "a frame, or a broken frame");
+    (placed, rest)
+}
+
+/// A receiver's `next` takes a slice of any length. Each byte of the slice is a terminator, so it may complete a frame.
+/// `core` has the harnesses for the receiver's `feed`.
+#[kani::proof]
+#[kani::unwind(9)]
+fn receiver_pulls_any_slice() {
+    static TERMINATORS: [u8; 4096] = [b'\r'; 4096];
+    let length = kani::any_where(|&length| length <= TERMINATORS.len());
+    let bytes = part(&TERMINATORS, 0, length);
+    let (placed, rest) = slice_is_pulled(any_receiver::<Bin, 7>(), bytes);
+    kani::cover!(placed == 7 && rest.len() == 4095, "a frame");
 }
 
 #[kani::proof]
@@ -140,8 +163,18 @@ fn line_of_any_parser() {
     let (mut line, mut outcomes) = (any_line(), 0);
     line.line_event(any_line_event(), |_| outcomes += 1);
     assert!(outcomes == line.parser().outcomes);
+    let (mut line, mut stepped) = (any_line(), 0);
+    line.poll_step(|_| stepped += 1);
+    assert!(stepped == line.parser().outcomes);
+    let (mut line, mut stepped) = (any_line(), 0);
+    let events = line.counters().events.total();
+    let goes_on = line.line_event_step(any_line_event(), |_| stepped += 1);
+    assert!(stepped == line.parser().outcomes);
+    let is_counted = line.counters().events.total() != events;
+    // Only the last step of a line event counts the event.
+    assert!(is_counted != goes_on);
     let _ = line.pending();
-    kani::cover!(outcomes == 2, "two outcomes");
+    kani::cover!(outcomes == 2 && stepped == 2, "two outcomes");
     kani::cover!(message.is_some(), "a message");
 }
 

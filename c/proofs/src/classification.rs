@@ -22,16 +22,21 @@ struct IbusTelemetry;
 
 /// Returns the checksum rule that iBUS frames of every length share.
 const fn ibus_checksum() -> Checksum<'static> {
-    Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum)
+    Checksum {
+        algorithm: Algorithm::InvertedSum,
+        ..Checksum::at_the_end(2)
+    }
 }
 
 impl Format for IbusAny {
     framelock_formats::classify_by!(
-        Layout::builder()
-            .sync(Patterns::one(&[0x20]))
-            .longest(32)
-            .checksum(ibus_checksum())
-            .build_const()
+        Layout {
+            sync: Patterns::one(&[0x20]),
+            longest: 32,
+            checksum: Some(ibus_checksum()),
+            ..Layout::NONE
+        }
+        .checked()
     );
     type Message<'a> = ();
 
@@ -40,12 +45,14 @@ impl Format for IbusAny {
 
 impl Format for IbusTelemetry {
     framelock_formats::classify_by!(
-        Layout::builder()
-            .sync(Patterns::any_byte_of(&[4, 6, 8]))
-            .length(Length::Field(LengthField::byte(0)))
-            .longest(8)
-            .checksum(ibus_checksum())
-            .build_const()
+        Layout {
+            sync: Patterns::any_byte_of(&[4, 6, 8]),
+            length: Length::Field(LengthField::byte(0)),
+            longest: 8,
+            checksum: Some(ibus_checksum()),
+            ..Layout::NONE
+        }
+        .checked()
     );
     type Message<'a> = ();
 
@@ -62,7 +69,7 @@ unsafe extern "C" {
 /// Checks the classification of up to `MOST` bytes. If frames have a delimiter, assumes that the
 /// first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on
 /// `seen`.
-fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
+fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: &F) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
     let seen: u8 = kani::any_where(|&seen| seen < count);
@@ -111,7 +118,7 @@ macro_rules! for_formats {
                 #[kani::proof]
                 #[kani::unwind($bound)]
                 fn classification_is_same() {
-                    same::<_, $most, $has_delimiter>($format);
+                    same::<_, $most, $has_delimiter>(&$format);
                 }
             }
         )*

@@ -43,7 +43,8 @@
 //! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
 //! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an
 //! empty slice, or a line event then decides about these bytes. Each of the three runs a loop that continues from any
-//! state that fits (`poll` is `next` of an empty slice).
+//! state that fits (`poll` is `next` of an empty slice). The loops of `feed` and of a line event run the public steps
+//! `poll_step` and `line_event_step`. Each step asks the format each question at most once ([`line_events`]).
 //!
 //! **13d: completeness.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
 //! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
@@ -60,7 +61,7 @@
 //! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`, both
 //! ask it [`Format::classify_before`], whose answer is a frame or a rejection. Each frame that lies whole in the pending
 //! bytes is delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
-//! [`line_events`] proves one iteration of the loop, and [`reference`] runs the loop. After a line event nothing is
+//! [`line_events`] proves one step of the loop, and [`reference`] runs the loop. After a line event nothing is
 //! pending, so no later frame contains a byte from before the event.
 //!
 //! **13g** is in the crate `framelock-formats`.

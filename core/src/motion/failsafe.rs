@@ -478,7 +478,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     ///
     /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
     /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
-    /// number does not change, no frames arrive, or too few for a row.
+    /// number does not change, no frames arrive, or too few for a row. [`Pace`](super::Pace) makes this decision.
     #[must_use]
     pub fn slow_frames(&self) -> u32 {
         self.slow_frames

@@ -2,7 +2,11 @@
 
 use std::cell::{Cell, RefCell};
 
-use framelock::{BufferedReceiver, Classification, DiscardReason, Format, LineEvent};
+use framelock::{
+    BufferedReceiver, Classification, DiscardReason, Format, Found, Frame, Line, LineEvent,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
 
 /// `'#' length payload`, where the last byte must be a letter.
 #[derive(Clone, Copy)]
@@ -88,6 +92,68 @@ fn a_line_event_delivers_the_frame_after_a_false_start() {
     });
     assert_eq!(found, [(1, None), (1, None), (3, Some(b"a".to_vec()))]);
     assert_eq!(receiver.pending(), 0);
+}
+
+/// A format of two kinds of frames: [`Short`], and `#a`, which a line event must follow.
+#[derive(Clone, Copy)]
+struct Either;
+
+impl Format for Either {
+    const LONGEST: usize = Short::LONGEST;
+    type Message<'a> = &'a [u8];
+
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        match bytes {
+            [b'#', b'a'] => Classification::Incomplete { at_least: 3 },
+            _ => Short.classify(bytes),
+        }
+    }
+
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        match bytes {
+            [b'#', b'a'] => Classification::Frame(2),
+            _ => Classification::Rejected(DiscardReason::LineEvent),
+        }
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        frame
+    }
+}
+
+proptest! {
+    /// A poll and a line event that are done in steps report and count the same as in one call, in the same order. The
+    /// streams consist mostly of false starts, with frames among them.
+    #[test]
+    fn steps_do_what_one_call_does(
+        stream in vec((prop_oneof![3 => Just(b'#'), 4 => 0_u8..8, 2 => Just(b'a'), 1 => any::<u8>()], 0_u8..16), 0..200),
+    ) {
+        let line = || Line::new(BufferedReceiver::<_, [u8; 18]>::new(Either));
+        let (mut whole, mut stepped) = (line(), line());
+        let (mut expected, mut found) = (Vec::new(), Vec::new());
+        let noted = |one: Found<Frame<'_, Either>>| one.map(|frame| frame.bytes().to_vec());
+        for (byte, then) in stream {
+            expected.extend(whole.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
+            found.extend(stepped.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
+            match then {
+                0 => {
+                    whole.line_event(LineEvent::Idle, |one| expected.push(noted(one)));
+                    let mut steps = 1;
+                    while stepped.line_event_step(LineEvent::Idle, |one| found.push(noted(one))) {
+                        steps += 1;
+                    }
+                    prop_assert!(steps < Either::LONGEST);
+                }
+                1..4 => {
+                    whole.feed(&[], |one| expected.push(noted(one)));
+                    while stepped.poll_step(|one| found.push(noted(one))) {}
+                }
+                _ => {}
+            }
+            prop_assert_eq!(&found, &expected);
+            prop_assert_eq!((stepped.counters(), stepped.pending()), (whole.counters(), whole.pending()));
+        }
+    }
 }
 
 /// The receiver asks about one byte, about two bytes, and about the whole frame.
@@ -209,4 +275,61 @@ fn a_borrowed_buffer_must_hold_the_longest_frame() {
     let mut receiver = receiver.expect("it holds nine bytes");
     let frames = STREAM.iter().filter(|&&byte| receiver.push(byte).is_some());
     assert_eq!(frames.count(), 2);
+}
+
+/// A buffer that counts the bytes that change between two accesses.
+struct Watched {
+    bytes: [u8; 128],
+    before: [u8; 128],
+    changed: usize,
+}
+
+impl AsRef<[u8]> for Watched {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl AsMut<[u8]> for Watched {
+    fn as_mut(&mut self) -> &mut [u8] {
+        let pairs = self.bytes.iter().zip(&self.before);
+        self.changed += pairs.filter(|(now, before)| now != before).count();
+        self.before = self.bytes;
+        &mut self.bytes
+    }
+}
+
+/// Every byte is a false start that claims the longest frame, so 63 bytes are pending all the time.
+#[test]
+fn a_buffer_of_two_frames_is_copied_less_than_once_per_byte() {
+    #[derive(Clone, Copy)]
+    struct Claimed<'a>(&'a Cell<usize>);
+    impl Format for Claimed<'_> {
+        const LONGEST: usize = 64;
+        type Message<'a> = ();
+        fn classify(&self, bytes: &[u8]) -> Classification {
+            if bytes.len() < 64 {
+                return Classification::Incomplete { at_least: 64 };
+            }
+            self.0.set(self.0.get() + 1);
+            Classification::Rejected(DiscardReason::ChecksumMismatch)
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let rejected = Cell::new(0);
+    let mut buffer = Watched {
+        bytes: [0; 128],
+        before: [0; 128],
+        changed: 0,
+    };
+    let mut receiver =
+        BufferedReceiver::with_buffer(Claimed(&rejected), &mut buffer).expect("it is long enough");
+    let stream = (1..=250).cycle().step_by(7).take(10_000);
+    for byte in stream {
+        assert!(receiver.push(byte).is_none());
+    }
+    assert_eq!((receiver.pending(), rejected.get()), (63, 10_000 - 63));
+    // Storing a byte changes one byte of the buffer. All other changes are copies.
+    let copied = buffer.changed - 10_000;
+    assert!(copied < 10_000, "{copied}");
 }

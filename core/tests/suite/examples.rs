@@ -41,7 +41,6 @@ examples! {
     line_events_and_counters "../../examples/line_events_and_counters.rs";
     failsafe "../../examples/failsafe.rs";
     mailbox "../../examples/mailbox.rs";
-    own_format "../../examples/own_format.rs";
     #[cfg(feature = "embedded-io-v0.7")]
     embedded_io "../../examples/embedded_io.rs";
 }
@@ -219,38 +218,4 @@ fn the_rp2040s_handler_is_right_after_one_pause() {
         rp2040::take(&mut line, found, |setpoint| setpoints.push(setpoint));
         setpoints
     });
-}
-
-/// The sum of a text's bytes.
-fn sum(text: &[u8]) -> u8 {
-    text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
-}
-
-#[test]
-fn the_receiver_of_texts_is_right_after_one_pause() {
-    // The text contains the sum of the wrong frame, `!`, and the beginning of the wrong frame.
-    let mut frame = b"\xAA\x08ab!\xAA\x08cdD".to_vec();
-    frame.push(sum(&frame[2..]));
-    let wrong = [&frame[7..], &frame[..4]].concat();
-    assert_eq!(sum(&wrong), b'!');
-    let mut receiver = own_format::TextReceiver::new(own_format::Text);
-    let mut receive = |found: Result<&[u8], LineEvent>| {
-        let mut texts = vec![];
-        let mut take =
-            |found| own_format::take(&mut receiver, found, |text| texts.push(text.to_vec()));
-        match found {
-            Ok(bytes) => bytes.iter().for_each(|byte| take(Ok(*byte))),
-            Err(event) => take(Err(event)),
-        }
-        texts
-    };
-    let stream = frame.repeat(REPEATED);
-    assert_eq!(receive(Ok(&stream[1..])), vec![wrong; REPEATED - 1]);
-    for lost in 0..frame.len() {
-        assert!(receive(Err(LineEvent::Idle)).is_empty());
-        assert_eq!(receive(Ok(&stream)), vec![frame[2..10].to_vec(); REPEATED]);
-        let mut faulty = frame.repeat(10);
-        faulty.remove(lost);
-        receive(Ok(&faulty));
-    }
 }

@@ -231,3 +231,56 @@ fn a_driver_that_returns_too_great_a_number_does_no_harm() {
         assert_eq!(reader.line().counters().bytes, 7);
     }
 }
+
+/// A UART that waits for ever at each `None`.
+struct Pausing(Vec<Option<Vec<u8>>>);
+
+impl ErrorType for Pausing {
+    type Error = ErrorKind;
+}
+
+impl embedded_io_async::Read for Pausing {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        if self.0.is_empty() {
+            return Ok(0);
+        }
+        match self.0.remove(0) {
+            Some(piece) => {
+                buffer[..piece.len()].copy_from_slice(&piece);
+                Ok(piece.len())
+            }
+            None => std::future::pending().await,
+        }
+    }
+}
+
+/// Behind a false start, two whole frames are pending. Only the pause shows that they are frames.
+#[test]
+fn a_pause_delivers_the_whole_frames_one_in_each_call() {
+    let pieces = [
+        Some(b"#\x07#\x01k#\x01c".to_vec()),
+        None,
+        Some(b"#\x01d".to_vec()),
+    ];
+    let receiver = BufferedReceiver::<_, [u8; 18]>::new(Short);
+    let mut reader = Reader::<_, _, 32>::new(Pausing(pieces.to_vec()), receiver);
+    let mut silences = 0;
+    let mut read = || {
+        let silence = || {
+            silences += 1;
+            std::future::ready(())
+        };
+        now(reader.next_message_or_pause(silence, |frame| frame.message().to_vec()))
+    };
+    assert_eq!(read(), Ok(Some(b"k".to_vec())));
+    assert_eq!(read(), Ok(Some(b"c".to_vec())));
+    assert_eq!(read(), Ok(Some(b"d".to_vec())));
+    assert_eq!(read(), Ok(None));
+    assert_eq!(silences, 1, "a silence counts only while bytes are pending");
+    let counters = reader.line().counters();
+    assert_eq!((counters.events.idle, counters.frames), (1, 3));
+    assert_eq!(
+        counters.bytes,
+        counters.frame_bytes + counters.discarded.total()
+    );
+}

@@ -10,28 +10,6 @@ use std::process::Command;
 use nrf52840_emulator::{Board, CYCLES_PER_SECOND, Image};
 use object::{Object, ObjectSection};
 
-use crate::streams::{Protocol, Stream};
-
-/// The number of frames in the stream for the chip.
-const FRAMES: u16 = 200;
-
-/// Each entry has the protocol, the contender, and the features of `on-chip` that select the contender.
-const CONTENDERS: [(&str, &str, &str); 13] = [
-    ("CRSF", "framelock", "crsf"),
-    ("CRSF", "uf-crsf", "crsf-uf-crsf"),
-    ("CRSF", "crsf", "crsf-crsf"),
-    ("UBX", "framelock", "ubx"),
-    ("UBX", "ublox", "ubx-ublox"),
-    ("MAVLink 2", "framelock", "mavlink2"),
-    ("MAVLink 2", "mavlink-core", "mavlink2-mavlink-core"),
-    ("SBUS", "framelock", "sbus"),
-    ("SBUS", "uf-sbus", "sbus-uf-sbus"),
-    ("SBUS", "sbus-rs", "sbus-sbus-rs"),
-    ("SBUS", "sbus", "sbus-sbus"),
-    ("iBUS", "framelock", "ibus"),
-    ("iBUS", "parse_rc_ibus", "ibus-parse_rc_ibus"),
-];
-
 /// Symbols of panics. Every panic calls a function of `core::panicking`, which calls the program's handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
@@ -42,56 +20,13 @@ const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::messag
 /// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
 
-/// A receiver's figures on the chip: the figures of a program with this receiver, minus the figures of the same program
-/// without a receiver.
-pub(crate) struct Figures {
-    pub(crate) protocol: &'static str,
-    pub(crate) contender: &'static str,
-    pub(crate) text: u64,
-    /// The number of bytes of constants, such as tables.
-    pub(crate) rodata: u64,
-    /// The number of bytes of RAM, without the stack.
-    pub(crate) state: u32,
-    pub(crate) cycles_a_frame: u64,
-    /// Whether the program can panic.
-    pub(crate) can_panic: bool,
-}
-
-/// Runs each contender on its protocol's clean stream.
-pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn Error>> {
-    let nothing = Program::build("nothing")?;
-    let mut figures = Vec::new();
-    for (protocol, contender, features) in CONTENDERS {
-        let of_that_name = protocols.iter().find(|known| known.name == protocol);
-        let stream = Stream::clean(of_that_name.ok_or("no such protocol")?, FRAMES);
-        let program = Program::build(features)?;
-        let run = program.take(&stream, 0)?;
-        if run.frames != u32::from(FRAMES) {
-            return Err(format!("{features}: {} frames of {FRAMES}", run.frames).into());
-        }
-        let [text, rodata] = program.more_than(&nothing);
-        // Subtract the cycles of empty calls.
-        let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
-        figures.push(Figures {
-            protocol,
-            contender,
-            text,
-            rodata,
-            state: run.state,
-            cycles_a_frame: cycles / u64::from(FRAMES),
-            can_panic: program.can_panic,
-        });
-    }
-    Ok(figures)
-}
-
 /// The program of `on-chip` with one contender, and its sizes.
 pub(crate) struct Program {
     features: String,
     elf: Vec<u8>,
     text: u64,
     rodata: u64,
-    can_panic: bool,
+    pub(crate) can_panic: bool,
 }
 
 /// Instructions and cycles.
@@ -112,7 +47,7 @@ impl Cost {
 
 /// The result of running a program on a stream.
 pub(crate) struct Run {
-    state: u32,
+    pub(crate) state: u32,
     pub(crate) frames: u32,
     /// The cost of all bytes except the skipped bytes. Each byte is passed in a call of its own. The byte's cost is
     /// counted from the first instruction of the called function to the return.

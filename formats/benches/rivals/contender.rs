@@ -102,7 +102,7 @@ impl Entry {
 
     /// Creates the entry of framelock's receiver with this format. `N`, the size of the buffer in bytes, is twice the
     /// length of the longest frame.
-    pub(crate) fn ours<const N: usize, F: Format + 'static>(
+    pub(crate) fn ours<const N: usize, F: Format + Copy + 'static>(
         name: &'static str,
         format: F,
         key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,

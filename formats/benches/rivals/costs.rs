@@ -1,6 +1,7 @@
 //! The formats and the streams for which the cost of a byte is measured. There are clean streams, noise, and hostile
 //! streams. Hostile streams are designed to be expensive.
 
+use std::error::Error;
 use std::hint::black_box;
 
 use framelock::motion::{Bin, BinCrc8};
@@ -11,15 +12,17 @@ use framelock_formats::{
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::chip::{Program, Run};
 use crate::contender::{Cut, Entry};
+use crate::figures::{Row, row};
 use crate::streams::{Protocol, SEED, Stream};
-use crate::{crsf, ibus, mavlink2, sbus, ubx};
+use crate::{crsf, ibus, mavlink2, sbus, ubx, valgrind};
 
 /// The number of bytes in a stream of noise and in a hostile stream.
-pub(crate) const BYTES: usize = 6_000;
+const BYTES: usize = 6_000;
 /// How many bytes at the beginning of a hostile stream are not counted. The very first bytes of a stream cost little,
 /// because a receiver decides nothing until the first false frame ends.
-pub(crate) const SKIPPED: usize = 1_000;
+const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
 
@@ -69,15 +72,107 @@ impl Case {
 /// A receiver that takes a stream byte by byte, so that the cost of a byte can be counted.
 pub(crate) struct Counted {
     pub(crate) name: &'static str,
-    /// The features of `on-chip` that select the receiver; `None` if it does not run on the chip.
-    pub(crate) on_chip: Option<String>,
+    /// The features of `on-chip` that select the receiver.
+    pub(crate) on_chip: String,
     /// Runs the receiver on this machine.
     pub(crate) run: Box<dyn Fn(&[u8])>,
 }
 
+/// Returns the tables of costs and sizes on the chip, and of hostile streams.
+pub(crate) fn on_chip() -> Result<Vec<Row>, Box<dyn Error>> {
+    let nothing = Program::build("nothing")?;
+    let (mut costs, mut sizes, mut hostile) = (Vec::new(), Vec::new(), Vec::new());
+    for case in &cases() {
+        for contender in &case.contenders {
+            let program = Program::build(&contender.on_chip)?;
+            let mut runs = Vec::new();
+            for (stream, skipped) in case.streams() {
+                runs.push((
+                    program.take(stream, skipped)?,
+                    (stream.len() - skipped) as f64,
+                ));
+            }
+            let of = |cost: fn(&Run) -> u64| {
+                let each = runs.iter().map(|(run, bytes)| cost(run) as f64 / bytes);
+                clean_noise_worst(&each.collect::<Vec<_>>())
+            };
+            let (instructions, cycles) = (of(|run| run.all.instructions), of(|run| run.all.cycles));
+            let mut row = row!["chip costs", case.format, contender.name];
+            for (instructions, cycles) in instructions.into_iter().zip(cycles) {
+                row.extend(row![format!("{instructions:.1}"), format!("{cycles:.1}")]);
+            }
+            row.extend(
+                runs.iter()
+                    .map(|(run, _)| run.costliest)
+                    .max()
+                    .map(|most| most.to_string()),
+            );
+            costs.push(row);
+            if contender.on_chip.ends_with(",line") {
+                continue;
+            }
+            // Subtract the cycles of empty calls.
+            let (clean, empty) = (&runs[0].0, nothing.take(&case.clean, 0)?);
+            if clean.frames != u32::from(FRAMES) {
+                return Err(
+                    format!("{}: {} frames of {FRAMES}", contender.on_chip, clean.frames).into(),
+                );
+            }
+            let [code, constants] = program.more_than(&nothing);
+            let cycles = (clean.all.cycles - empty.all.cycles) / u64::from(FRAMES);
+            let panics = if program.can_panic { "yes" } else { "no" };
+            sizes.push(row![
+                "chip sizes",
+                case.format,
+                contender.name,
+                code,
+                constants,
+                clean.state,
+                cycles,
+                panics
+            ]);
+        }
+        let periods = case.hostile.iter().map(|(period, _)| {
+            let bytes: Vec<String> = period.iter().map(|byte| format!("{byte:02X}")).collect();
+            format!("`{}`", bytes.join(" "))
+        });
+        hostile.push(row![
+            "hostile",
+            case.format,
+            periods.collect::<Vec<_>>().join(", ")
+        ]);
+    }
+    Ok([costs, sizes, hostile].concat())
+}
+
+/// Returns the table of costs on this machine.
+pub(crate) fn here() -> Result<Vec<Row>, Box<dyn Error>> {
+    let (cases, mut rows) = (cases(), Vec::new());
+    for (case, counts) in cases.iter().zip(valgrind::count(&cases)?) {
+        for (contender, counts) in case.contenders.iter().zip(counts) {
+            let costs = clean_noise_worst(&counts).map(|cost| format!("{cost:.1}"));
+            rows.push(
+                [
+                    row!["PC costs", case.format, contender.name],
+                    costs.to_vec(),
+                ]
+                .concat(),
+            );
+        }
+    }
+    Ok(rows)
+}
+
+/// Returns three costs: that of the clean stream, that of the noise, and the highest cost of all streams. The clean
+/// stream comes first in the list, and the noise second.
+fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
+    let worst = costs.iter().copied().fold(0.0, f64::max);
+    [costs[0], costs[1], worst]
+}
+
 /// Returns the formats of this workspace.
 pub(crate) fn cases() -> Vec<Case> {
-    let mut cases = vec![
+    vec![
         of_protocol(
             "sbus",
             &sbus::PROTOCOL,
@@ -144,26 +239,7 @@ pub(crate) fn cases() -> Vec<Case> {
             // In the last stream, every fourth byte ends a frame in which only the checksum is wrong.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
-    ];
-    let mavlink = cases
-        .iter_mut()
-        .find(|case| case.format == mavlink2::PROTOCOL.name);
-    mavlink
-        .expect("it is one of them")
-        .contenders
-        .push(Counted {
-            name: "framelock, `pc-crc-table`",
-            on_chip: None,
-            run: Box::new(|stream| {
-                let mut receiver = BufferedReceiver::<_, [u8; 560]>::new(mavlink2::Tabled);
-                for &byte in stream {
-                    if let Some(frame) = receiver.push(byte) {
-                        black_box(&frame.message());
-                    }
-                }
-            }),
-        });
-    cases
+    ]
 }
 
 fn of_protocol<F: Format + 'static, const N: usize>(
@@ -181,7 +257,7 @@ fn of_protocol<F: Format + 'static, const N: usize>(
         .filter(|entry| entry.reference.is_none());
     contenders.extend(rivals.map(|entry| Counted {
         name: entry.name,
-        on_chip: Some(format!("{feature}-{}", entry.name)),
+        on_chip: format!("{feature}-{}", entry.name),
         run: Box::new(move |stream| {
             black_box((entry.time)(stream, Cut::Bytes));
         }),
@@ -220,7 +296,7 @@ fn ours<P: Parser + 'static>(
     vec![
         Counted {
             name: "framelock",
-            on_chip: Some(feature.to_owned()),
+            on_chip: feature.to_owned(),
             run: Box::new(move |stream| {
                 let mut receiver = new();
                 for &byte in stream {
@@ -232,7 +308,7 @@ fn ours<P: Parser + 'static>(
         },
         Counted {
             name: "framelock, `Line`",
-            on_chip: Some(format!("{feature},line")),
+            on_chip: format!("{feature},line"),
             run: Box::new(move |stream| {
                 let mut line = Line::new(new());
                 for &byte in stream {

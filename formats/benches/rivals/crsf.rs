@@ -2,9 +2,7 @@
 
 use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
-use framelock::Format;
-use framelock_formats::crsf::{Crsf, LAYOUT, Message};
-use framelock_formats::layout::{self, Algorithm, Checksum, Layout, Table};
+use framelock_formats::crsf::{Crsf, Message};
 use uf_crsf::CrsfParser;
 
 use crate::contender::{Contender, Entry};
@@ -44,34 +42,9 @@ pub(crate) fn contenders() -> Vec<Entry> {
     let ours = |message: Message| [&[message.kind], message.payload].concat();
     vec![
         Entry::ours::<128, _>("framelock", Crsf, ours),
-        Entry::ours::<128, _>("framelock, `pc-crc-table`", Tabled, ours),
         Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),
         Entry::rival("crsf", CrsfCrate::default, |raw| inside(raw.data())),
     ]
-}
-
-/// CRSF with the tables that the feature `pc-crc-table` selects.
-#[derive(Clone, Copy)]
-struct Tabled;
-
-static TABLES: [[u32; 256]; 16] = layout::Crc::new(8, 0xD5).table_of_sixteens();
-
-const TABLED: Layout = {
-    let crc = layout::Crc::new(8, 0xD5).table(Table::Sixteens(&TABLES));
-    let checksum = Checksum::at_the_end(1)
-        .algorithm(Algorithm::Crc(crc))
-        .from(2);
-    LAYOUT.to_builder().checksum(checksum).build_const()
-};
-
-impl Format for Tabled {
-    framelock_formats::classify_by!(TABLED);
-    type Message<'a> = Message<'a>;
-
-    #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
-        Crsf.decode(frame)
-    }
 }
 
 /// Returns the kind and the payload.

@@ -1,60 +1,79 @@
-//! Compares the formats' costs on the chip with the costs in a file, on every commit. The costs do not vary from run
-//! to run.
-//!
-//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
-//! costs are compared only if the compiler is the one that the file names.
+//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md` or `docs/costs.md`: the
+//! table's name, then the cells. A test of xtask compares the tables in the pages with the file.
 
 use std::error::Error;
-use std::fmt::Write;
 use std::fs;
+use std::process::Command;
 
-use crate::chip::Program;
-use crate::{costs, tables};
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/figures.tsv");
 
-const BEGINNING: &str = "\
-Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md. The columns are the bytes of code
-and of constants, the instructions and cycles for 200 clean frames, the cycles for the most expensive hostile stream,
-and the cycles for the most expensive byte of any stream.
-";
+/// A row: the table's name, then the cells.
+pub(crate) type Row = Vec<String>;
 
-/// Returns an error if the costs differ from those in the file.
-pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
-    let compiler = tables::compiler()?;
-    let mut text = format!("{BEGINNING}{compiler}\n\n");
-    writeln!(
-        text,
-        "{:<12}{:>6}{:>11}{:>14}{:>10}{:>10}{:>10}",
-        "", "code", "constants", "instructions", "cycles", "hostile", "a byte"
-    )?;
-    let nothing = Program::build("nothing")?;
-    for case in costs::cases() {
-        // The first contender is the receiver alone, without a `Line`.
-        let receiver = case.contenders.first().and_then(|it| it.on_chip.as_deref());
-        let program = Program::build(receiver.ok_or("a format without a receiver")?)?;
-        let [code, constants] = program.more_than(&nothing);
-        let mut runs = Vec::new();
-        for (stream, skipped) in case.streams() {
-            runs.push(program.take(stream, skipped)?);
-        }
-        let clean = runs[0].all;
-        let hostile = runs[2..].iter().map(|run| run.all.cycles).max();
-        let costliest = runs.iter().map(|run| run.costliest).max();
-        writeln!(
-            text,
-            "{:<12}{code:>6}{constants:>11}{:>14}{:>10}{:>10}{:>10}",
-            case.format,
-            clean.instructions,
-            clean.cycles,
-            hostile.unwrap_or_default(),
-            costliest.unwrap_or_default()
-        )?;
-    }
-    if std::env::var_os("FRAMELOCK_WRITE_FIGURES").is_some() {
-        fs::write(file, &text)?;
-    }
-    let written = fs::read_to_string(file).unwrap_or_default();
-    if written.contains(&compiler) && written != text {
-        return Err(format!("the costs differ from those in {file}:\n{text}").into());
-    }
-    Ok(())
+/// Makes a row of anything that can be displayed.
+macro_rules! row {
+    ($($cell:expr),+ $(,)?) => { vec![$($cell.to_string()),+] };
+}
+pub(crate) use row;
+
+pub(crate) fn read() -> Result<Vec<Row>, Box<dyn Error>> {
+    let text = fs::read_to_string(FILE)?;
+    let rows = text.lines().map(|line| line.split('\t').map(str::to_owned));
+    Ok(rows.map(Iterator::collect).collect())
+}
+
+/// Replaces each table of which there is a new row.
+pub(crate) fn write(new: Vec<Row>) -> Result<(), Box<dyn Error>> {
+    let mut rows = read()?;
+    rows.retain(|old| new.iter().all(|row| row[0] != old[0]));
+    rows.extend(new);
+    let lines = rows.iter().map(|row| row.join("\t") + "\n");
+    Ok(fs::write(FILE, lines.collect::<String>())?)
+}
+
+/// Compares tables with those in the file. Figures of the chip depend on the compiler, so they are compared only if the
+/// compiler has not changed.
+pub(crate) fn check(new: &[Row]) -> Result<(), Box<dyn Error>> {
+    let old = read()?;
+    let run = run_of("costs")?;
+    let is_same = old.iter().any(|row| row[0] == run[0] && row[2] == run[2]);
+    let mut changed = new.iter().filter(|row| !old.contains(row));
+    let changed = changed.find(|row| is_same || !row[0].starts_with("chip"));
+    changed.map_or(Ok(()), |row| {
+        Err(format!("not as in {FILE}: {}", row.join(" | ")).into())
+    })
+}
+
+/// Returns the row with the day, the compiler and the processor of a command's run.
+pub(crate) fn run_of(command: &str) -> Result<Row, Box<dyn Error>> {
+    let all = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let mut lines = all.lines();
+    let model = lines.find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
+    let processor = model.unwrap_or(std::env::consts::ARCH);
+    Ok(row![
+        command,
+        says("date", "+%Y-%m-%d")?,
+        says("rustc", "--version")?,
+        processor
+    ])
+}
+
+/// Returns the rivals' versions from the lock file.
+pub(crate) fn versions() -> Result<Row, Box<dyn Error>> {
+    let lock = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.lock"))?;
+    let version = |name: &str| {
+        let entry = lock.split_once(&format!("name = \"{name}\"\nversion = \""));
+        Some(format!("{name} {}", entry?.1.split_once('"')?.0))
+    };
+    let names = "crsf mavlink-core parse_rc_ibus sbus sbus-rs ublox uf-crsf uf-sbus";
+    let versions: Option<Vec<String>> = names.split(' ').map(version).collect();
+    Ok(row![
+        "versions",
+        versions.ok_or("not in Cargo.lock")?.join(", ")
+    ])
+}
+
+fn says(program: &str, argument: &str) -> Result<String, Box<dyn Error>> {
+    let output = Command::new(program).arg(argument).output()?;
+    Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }

@@ -3,9 +3,8 @@
 use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
-use framelock::Format;
-use framelock_formats::layout::{Algorithm, Checksum, KnownMessage, Layout, Table};
-use framelock_formats::mavlink::{self, Mavlink2};
+use framelock_formats::layout::KnownMessage;
+use framelock_formats::mavlink::Mavlink2;
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
 
@@ -36,7 +35,7 @@ const MESSAGES: [(u8, u8, u8); 8] = [
 ];
 
 /// The longest message of `common.xml`, ENCAPSULATED_DATA. The receivers know this message, but no stream contains it.
-pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
+const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
 /// The sent messages and the longest message, in ascending order of their numbers.
 pub(crate) const DIALECT: &[KnownMessage] = &{
@@ -58,55 +57,10 @@ const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
     KnownMessage::with_extra(number as u32, extra, most)
 }
 
-/// MAVLink 2 with the tables that the feature `pc-crc-table` selects.
-#[derive(Clone, Copy)]
-pub(crate) struct Tabled;
-
-const LAYOUT: Layout = mavlink::layout_v2(DIALECT);
-
-/// The checksum of MAVLink 2 without a table, and with a table.
-pub(crate) const CHECKS: [Algorithm; 2] = {
-    let Some(Checksum {
-        algorithm: Algorithm::Crc(crc),
-        ..
-    }) = LAYOUT.checksum()
-    else {
-        panic!("MAVLink has a CRC")
-    };
-    let [plain, tabled] = [crc.table(Table::None), crc.table(Table::Sixteens(&TABLES))];
-    [Algorithm::Crc(plain), Algorithm::Crc(tabled)]
-};
-
-static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum() {
-    Some(Checksum {
-        algorithm: Algorithm::Crc(crc),
-        ..
-    }) => crc.table_of_sixteens(),
-    _ => panic!("MAVLink has a CRC"),
-};
-
-impl Format for Tabled {
-    framelock_formats::classify_by!(TABLED);
-    type Message<'a> = mavlink::Message<'a>;
-
-    #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> mavlink::Message<'a> {
-        Mavlink2(DIALECT).decode(frame)
-    }
-}
-
-const TABLED: Layout = match LAYOUT.checksum() {
-    Some(checksum) => {
-        let checksum = checksum.algorithm(CHECKS[1]);
-        LAYOUT.to_builder().checksum(checksum).build_const()
-    }
-    None => panic!("MAVLink has a CRC"),
-};
-
 /// Returns the CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {
     let known = DIALECT.iter().find(|known| known.number == id)?;
-    Some(known.extra)
+    known.extra
 }
 
 fn frame(payload: &mut Payload) -> Vec<u8> {

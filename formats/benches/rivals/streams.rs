@@ -14,47 +14,35 @@ pub(crate) const SEED: u64 = 15;
 const BEHIND: [u8; 300] = [0x55; 300];
 
 /// The faults of the line.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Fault {
-    Clean,
-    Lost,
-    Flips,
-    Bursts,
-    SyncDense,
-    LengthLost,
+#[derive(Clone, Copy)]
+pub(crate) struct Fault {
+    pub(crate) name: &'static str,
+    /// The probabilities that a byte is lost, and that one of its bits is inverted.
+    lost: f64,
+    flipped: f64,
+    has_bursts: bool,
+    is_sync_dense: bool,
+    loses_lengths: bool,
 }
 
-impl Fault {
-    pub(crate) const ALL: [Self; 6] = [
-        Self::Clean,
-        Self::Lost,
-        Self::Flips,
-        Self::Bursts,
-        Self::SyncDense,
-        Self::LengthLost,
-    ];
+const CLEAN: Fault = Fault {
+    name: "clean",
+    lost: 0.0,
+    flipped: 0.0,
+    has_bursts: false,
+    is_sync_dense: false,
+    loses_lengths: false,
+};
 
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Clean => "clean",
-            Self::Lost => "1 % lost",
-            Self::Flips => "0.1 % flips",
-            Self::Bursts => "bursts",
-            Self::SyncDense => "sync-dense",
-            Self::LengthLost => "length lost",
-        }
-    }
-
-    fn rates(self) -> FaultRates {
-        let mut rates = FaultRates::default();
-        match self {
-            Self::Lost | Self::SyncDense => rates.drop = 0.01,
-            Self::Flips => rates.flip = 0.001,
-            Self::Clean | Self::Bursts | Self::LengthLost => {}
-        }
-        rates
-    }
-}
+#[rustfmt::skip]
+pub(crate) const FAULTS: [Fault; 6] = [
+    CLEAN,
+    Fault { name: "1 % lost", lost: 0.01, ..CLEAN },
+    Fault { name: "0.1 % flips", flipped: 0.001, ..CLEAN },
+    Fault { name: "bursts", has_bursts: true, ..CLEAN },
+    Fault { name: "sync-dense", lost: 0.01, is_sync_dense: true, ..CLEAN },
+    Fault { name: "length lost", loses_lengths: true, ..CLEAN },
+];
 
 /// A protocol's frames.
 pub(crate) struct Protocol {
@@ -111,11 +99,16 @@ impl Stream {
     pub(crate) fn new(protocol: &Protocol, fault: Fault, frames: u16) -> Self {
         let mut payload = Payload {
             random: ChaCha8Rng::seed_from_u64(SEED),
-            bytes: (fault == Fault::SyncDense).then_some(protocol.sync_dense),
+            bytes: fault.is_sync_dense.then_some(protocol.sync_dense),
             number: 0,
         };
+        let rates = FaultRates {
+            drop: fault.lost,
+            flip: fault.flipped,
+            ..FaultRates::default()
+        };
         let mut line = ByteFaults::new(
-            fault.rates(),
+            rates,
             Seed {
                 seed: SEED,
                 trial: 0,
@@ -128,17 +121,17 @@ impl Stream {
             payload.number = number;
             let sent = (protocol.frame)(&mut payload);
             assert!(sent.len() <= protocol.longest);
-            let loses_length = fault == Fault::LengthLost && bursts.random_bool(0.1);
+            let loses_length = fault.loses_lengths && bursts.random_bool(0.1);
             let begin = bytes.len();
             for (place, &byte) in sent.iter().enumerate() {
-                if fault == Fault::Bursts && bursts.random_bool(0.001) {
+                if fault.has_bursts && bursts.random_bool(0.001) {
                     burst = bursts.random_range(1..=40);
                 }
                 if burst > 0 {
                     burst -= 1;
                     bytes.push(bursts.random());
                 } else if !(loses_length && place == protocol.length_at) {
-                    bytes.extend(line.carry(byte).into_iter().flatten());
+                    bytes.extend(line.carry(byte));
                 }
             }
             if bytes[begin..] == sent {
@@ -151,7 +144,7 @@ impl Stream {
 
     /// Returns a stream without faults, up to the end of the last frame.
     pub(crate) fn clean(protocol: &Protocol, frames: u16) -> Vec<u8> {
-        let Self { mut bytes, whole } = Self::new(protocol, Fault::Clean, frames);
+        let Self { mut bytes, whole } = Self::new(protocol, CLEAN, frames);
         bytes.truncate(whole.last().map_or(0, |last| last.end));
         bytes
     }

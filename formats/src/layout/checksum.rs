@@ -2,7 +2,6 @@
 
 /// A checksum in a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Checksum<'a> {
     /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
@@ -19,7 +18,7 @@ pub struct Checksum<'a> {
     pub to: i16,
 }
 
-impl<'a> Checksum<'a> {
+impl Checksum<'_> {
     /// Returns a checksum in the last `bytes` bytes of the frame: the sum of all preceding bytes, little-endian.
     #[inline]
     #[must_use]
@@ -38,46 +37,6 @@ impl<'a> Checksum<'a> {
             from: 0,
             to: at.wrapping_sub(1),
         }
-    }
-
-    /// Sets the algorithm.
-    #[inline]
-    #[must_use]
-    pub const fn algorithm(mut self, algorithm: Algorithm<'a>) -> Self {
-        self.algorithm = algorithm;
-        self
-    }
-
-    /// Sets the encoding.
-    #[inline]
-    #[must_use]
-    pub const fn encoding(mut self, encoding: Encoding) -> Self {
-        self.encoding = encoding;
-        self
-    }
-
-    /// Sets the offset of the checksum's first byte.
-    #[inline]
-    #[must_use]
-    pub const fn at(mut self, at: i16) -> Self {
-        self.at = at;
-        self
-    }
-
-    /// Sets the offset of the first byte that the checksum covers.
-    #[inline]
-    #[must_use]
-    pub const fn from(mut self, from: i16) -> Self {
-        self.from = from;
-        self
-    }
-
-    /// Sets the offset of the last byte that the checksum covers.
-    #[inline]
-    #[must_use]
-    pub const fn to(mut self, to: i16) -> Self {
-        self.to = to;
-        self
     }
 
     /// Returns the number of bytes in the frame that hold the checksum.
@@ -126,7 +85,6 @@ pub enum Algorithm<'a> {
 /// A cyclic redundancy check of 8 to 32 bits, with the parameters of the catalogue at
 /// <https://reveng.sourceforge.io/crc-catalogue>.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Crc<'a> {
     /// The number of bits.
     pub width: u32,
@@ -144,7 +102,7 @@ pub struct Crc<'a> {
     pub table: Table<'a>,
 }
 
-impl<'a> Crc<'a> {
+impl Crc<'_> {
     /// Returns a CRC that is not reflected, begins with 0, is not xored, and has no table.
     #[inline]
     #[must_use]
@@ -159,65 +117,15 @@ impl<'a> Crc<'a> {
             table: Table::None,
         }
     }
-
-    /// Sets the first value of the register.
-    #[inline]
-    #[must_use]
-    pub const fn initial(mut self, initial: u32) -> Self {
-        self.initial = initial;
-        self
-    }
-
-    /// Makes the CRC process each byte from its lowest bit on, and put the lowest bit of the result first.
-    #[inline]
-    #[must_use]
-    pub const fn reflected(self) -> Self {
-        self.reflected_in(true).reflected_out(true)
-    }
-
-    /// Sets whether each byte is processed from its lowest bit on.
-    #[inline]
-    #[must_use]
-    pub const fn reflected_in(mut self, reflected_in: bool) -> Self {
-        self.reflected_in = reflected_in;
-        self
-    }
-
-    /// Sets whether the lowest bit of the result comes first.
-    #[inline]
-    #[must_use]
-    pub const fn reflected_out(mut self, reflected_out: bool) -> Self {
-        self.reflected_out = reflected_out;
-        self
-    }
-
-    /// Sets the number that the result is xored with.
-    #[inline]
-    #[must_use]
-    pub const fn xor_out(mut self, xor_out: u32) -> Self {
-        self.xor_out = xor_out;
-        self
-    }
-
-    /// Sets the table, which must be computed from the same CRC.
-    #[inline]
-    #[must_use]
-    pub const fn table(mut self, table: Table<'a>) -> Self {
-        self.table = table;
-        self
-    }
 }
 
-/// A table with the CRC remainder of each byte. Functions such as [`Crc::table_of_bytes`] compute it.
+/// A table with the CRC remainder of each byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub enum Table<'a> {
     /// No table: the CRC is computed bit by bit.
     None,
-    /// A table for a CRC of 8 bits. It takes 256 bytes.
+    /// A table for a CRC of 8 bits, which [`Crc::table_of_bytes`] computes. It takes 256 bytes.
     Bytes(&'a [u8; 256]),
-    /// A table for any CRC. It takes 1 KiB.
+    /// A table for any CRC, which [`Crc::table_of_words`] computes. It takes 1 KiB.
     Words(&'a [u32; 256]),
-    /// Tables for any CRC, to process sixteen bytes in each step on a PC. They take 16 KiB.
-    Sixteens(&'a [[u32; 256]; 16]),
 }

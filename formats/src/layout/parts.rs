@@ -2,7 +2,6 @@
 
 /// The bytes that a frame begins or ends with: one sequence, or one of several sequences of the same length.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Patterns<'a> {
     /// All sequences, concatenated.
     pub bytes: &'a [u8],
@@ -63,7 +62,6 @@ pub enum Length {
 /// A number in the header that determines the length of the frame: `(number & mask) * factor + plus` bytes, without
 /// the trailer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct LengthField {
     /// The number in the header.
     pub number: Number,
@@ -94,36 +92,10 @@ impl LengthField {
     pub const fn byte(at: usize) -> Self {
         Self::new(Number::byte(at))
     }
-
-    /// Sets the mask of the number's bits that are part of the length.
-    #[inline]
-    #[must_use]
-    pub const fn mask(mut self, mask: u32) -> Self {
-        self.mask = mask;
-        self
-    }
-
-    /// Sets the unit of the number, in bytes.
-    #[inline]
-    #[must_use]
-    pub const fn factor(mut self, factor: u32) -> Self {
-        self.factor = factor;
-        self
-    }
-
-    /// Sets the correction in bytes, positive or negative: the number of bytes in the frame that the number does not
-    /// count.
-    #[inline]
-    #[must_use]
-    pub const fn plus(mut self, plus: i32) -> Self {
-        self.plus = plus;
-        self
-    }
 }
 
 /// An unsigned number in the header.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Number {
     /// The offset of the number's first byte from the start of the frame.
     pub at: usize,
@@ -167,7 +139,6 @@ pub enum ByteOrder {
 
 /// Bits of one byte that are the same in every frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct FixedBits {
     /// The offset of the byte. Bits in the header are checked before the rest of the frame has arrived.
     pub at: i16,
@@ -177,18 +148,8 @@ pub struct FixedBits {
     pub value: u8,
 }
 
-impl FixedBits {
-    /// Returns fixed bits in the byte at `at`: the bits of `mask`, with the values that `value` has there.
-    #[inline]
-    #[must_use]
-    pub const fn new(at: i16, mask: u8, value: u8) -> Self {
-        Self { at, mask, value }
-    }
-}
-
 /// The known messages of a protocol, which a number in the header identifies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Messages<'a> {
     /// The number in the header.
     pub number: Number,
@@ -196,18 +157,8 @@ pub struct Messages<'a> {
     pub known: &'a [KnownMessage],
 }
 
-impl<'a> Messages<'a> {
-    /// Returns the known messages, which this number in the header identifies. `known` must be in ascending order.
-    #[inline]
-    #[must_use]
-    pub const fn new(number: Number, known: &'a [KnownMessage]) -> Self {
-        Self { number, known }
-    }
-}
-
 /// A known message of a protocol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct KnownMessage {
     /// The message's number.
     pub number: u32,
@@ -215,9 +166,7 @@ pub struct KnownMessage {
     /// length of the longest payload.
     pub longest_payload: u16,
     /// A byte that the checksum covers after the frame's bytes, although it is not sent: MAVLink's `CRC_EXTRA`.
-    pub extra: u8,
-    /// Whether the checksum covers `extra`.
-    pub has_extra: bool,
+    pub extra: Option<u8>,
 }
 
 impl KnownMessage {
@@ -228,8 +177,7 @@ impl KnownMessage {
         Self {
             number,
             longest_payload: u16::MAX,
-            extra: 0,
-            has_extra: false,
+            extra: None,
         }
     }
 
@@ -237,32 +185,17 @@ impl KnownMessage {
     #[inline]
     #[must_use]
     pub const fn with_extra(number: u32, extra: u8, longest_payload: u8) -> Self {
-        Self::new(number)
-            .extra(extra)
-            .longest_payload(longest_payload as u16)
-    }
-
-    /// Sets the byte that the checksum covers after the frame's bytes.
-    #[inline]
-    #[must_use]
-    pub const fn extra(mut self, extra: u8) -> Self {
-        (self.extra, self.has_extra) = (extra, true);
-        self
-    }
-
-    /// Sets the greatest value of the length field.
-    #[inline]
-    #[must_use]
-    pub const fn longest_payload(mut self, longest_payload: u16) -> Self {
-        self.longest_payload = longest_payload;
-        self
+        Self {
+            number,
+            longest_payload: longest_payload as u16,
+            extra: Some(extra),
+        }
     }
 }
 
 /// Bytes that follow some frames, such as MAVLink's signature. Neither the length field nor the checksum covers these
 /// bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[non_exhaustive]
 pub struct Trailer {
     /// The offset, from the start of the frame, of the byte that announces the trailer.
     pub at: usize,
@@ -270,13 +203,4 @@ pub struct Trailer {
     pub mask: u8,
     /// The number of bytes in the trailer.
     pub bytes: usize,
-}
-
-impl Trailer {
-    /// Returns a trailer of `bytes` bytes. Any bit of `mask` in the byte at `at` announces it.
-    #[inline]
-    #[must_use]
-    pub const fn new(at: usize, mask: u8, bytes: usize) -> Self {
-        Self { at, mask, bytes }
-    }
 }

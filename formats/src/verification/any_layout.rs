@@ -25,7 +25,6 @@ impl<const F: usize, const M: usize> Parts<F, M> {
                 number: kani::any(),
                 longest_payload: kani::any(),
                 extra: kani::any(),
-                has_extra: kani::any(),
             }),
         }
     }
@@ -54,7 +53,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             checksum: None,
             terminator: Patterns::NONE,
             content: &[],
-            other_terminators: &[],
+            other_terminators: [Patterns::NONE; 2],
             trailer: kani::any::<bool>().then(|| Trailer {
                 at: kani::any(),
                 mask: kani::any(),

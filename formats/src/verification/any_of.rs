@@ -6,7 +6,7 @@ use framelock::{Classification, DiscardReason, Format};
 
 use super::laws::{any_some_and_more, assert_lawful};
 use crate::any_of::{AnyOf, first, first_before, kind};
-use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
+use crate::layout::{CheckedLayout, FixedBits, Layout, Length, LengthField, Patterns};
 
 /// The number of bytes in the longest frame.
 const MOST: usize = 4;
@@ -142,16 +142,9 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
             bytes: syncs,
             length: 1,
         },
-        length: Length::Fixed,
-        shortest: 0,
         longest: 1,
         fixed: no_bits,
-        messages: None,
-        checksum: None,
-        terminator: Patterns::NONE,
-        content: &[],
-        other_terminators: &[],
-        trailer: None,
+        ..Layout::NONE
     }
 }
 
@@ -160,14 +153,16 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
 #[kani::unwind(5)]
 fn any_of_two_layouts() {
     let (bytes, syncs, no_bits) = (kani::any::<[u8; 3]>(), kani::any::<[[u8; 1]; 2]>(), []);
-    let layout = |sync| Layout {
-        length: if kani::any() {
-            Length::Fixed
-        } else {
-            Length::Field(LengthField::byte(1))
-        },
-        longest: any_up_to(3),
-        ..of_syncs(sync, &no_bits)
+    let layout = |sync| {
+        CheckedLayout(Layout {
+            length: if kani::any() {
+                Length::Fixed
+            } else {
+                Length::Field(LengthField::byte(1))
+            },
+            longest: any_up_to(3),
+            ..of_syncs(sync, &no_bits)
+        })
     };
     let [one, other] = &syncs;
     let format = AnyOf(&[layout(one), layout(other)]);
@@ -192,7 +187,8 @@ fn any_of_two_layouts() {
 fn starts_are_those_of_the_syncs() {
     let (syncs, byte) = kani::any::<([u8; 7], u8)>();
     let (no_bits, (six, other)) = ([], syncs.split_at(6));
-    let format = AnyOf(&[of_syncs(six, &no_bits), of_syncs(other, &no_bits)]);
+    let layouts = [six, other].map(|syncs| CheckedLayout(of_syncs(syncs, &no_bits)));
+    let format = AnyOf(&layouts);
     let begins = syncs.map(|first| first == byte);
     assert!(format.starts(byte) == begins.contains(&true));
     if format.starts(byte) {

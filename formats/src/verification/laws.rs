@@ -8,7 +8,7 @@ use framelock::{Classification, DiscardReason};
 use super::any_layout::{Parts, patterns};
 use crate::classify::Header;
 use crate::layout::check::check_bounds;
-use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
+use crate::layout::{CheckedLayout, Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Asserts laws 1 to 3 for the classification `early` of `some` bytes and the classification `late` of `more` bytes.
 pub(super) fn assert_lawful(
@@ -160,11 +160,11 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     // Check law 4. If the layout has frames, also check that `starts` accepts no byte that cannot start a frame.
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
-    assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    // A frame is recognised as soon as the frame's last byte has arrived, because `build` rejects layouts whose frames
+    assert!(CheckedLayout(layout.layout).starts(bytes[0]) != no_sync || no_sync && !has_frames);
+    // A frame is recognised as soon as the frame's last byte has arrived, because `check` rejects layouts whose frames
     // may be shorter than their header.
-    let is_built = layout.layout.header() <= layout.layout.shortest;
-    assert!(!is_built || late != Classification::Frame(some) || early == late);
+    let is_checked = layout.layout.header() <= layout.layout.shortest;
+    assert!(!is_checked || late != Classification::Frame(some) || early == late);
     assert_lawful(early, late, some, more, longest);
 }
 
@@ -214,15 +214,8 @@ fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
             },
             ..LengthField::byte(0)
         }),
-        shortest: 0,
         longest: kani::any(),
-        fixed: &[],
-        messages: None,
-        checksum: None,
-        terminator: Patterns::NONE,
-        content: &[],
-        other_terminators: &[],
-        trailer: None,
+        ..Layout::NONE
     });
 }
 
@@ -248,13 +241,14 @@ macro_rules! delimiters {
         fn $name() {
             let (syncs, ends) = kani::any::<([[u8; $sync]; 2], [[u8; $end]; 2])>();
             let (content, other) = kani::any::<([(u8, u8); 1], [u8; $other])>();
-            let others = [&other[..]];
+            let has_other = kani::any();
+            let other_length = if has_other { $other } else { 0 };
+            let another = Patterns::any_of(&other[..other_length], other_length);
             let layout = Layout {
                 sync: patterns(&syncs),
                 length: Length::Delimiter,
                 shortest: kani::any(),
                 longest: kani::any(),
-                fixed: &[],
                 messages: Some(Messages {
                     number: Number {
                         bytes: kani::any(),
@@ -262,17 +256,16 @@ macro_rules! delimiters {
                     },
                     known: &[],
                 }),
-                checksum: None,
                 terminator: patterns(&ends),
                 content: &content[..any_up_to(1)],
-                other_terminators: &others[..any_up_to(1)],
-                trailer: None,
+                other_terminators: [Patterns::NONE, another],
+                ..Layout::NONE
             };
-            // `build` rejects all other layouts as contradictions.
+            // `check` rejects all other layouts as contradictions.
             let ends_before = |end: &[u8; $end]| other.starts_with(end) || end.starts_with(&other);
             kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
             kani::assume(has_header_and_terminator(&layout));
-            kani::cover!(!layout.other_terminators.is_empty(), "another terminator");
+            kani::cover!(has_other, "another terminator");
             $keeps::<4>(&layout);
         }
     )*};
@@ -288,20 +281,16 @@ fn length_by_delimiter(
     bytes: [u8; 3],
     ends: [[u8; 1]; 2],
     content: &[(u8, u8)],
-    others: &[&[u8]],
+    other: &[u8],
 ) -> Option<usize> {
     let layout = Layout {
-        sync: Patterns::NONE,
         length: Length::Delimiter,
         shortest: 1,
         longest: 3,
-        fixed: &[],
-        messages: None,
-        checksum: None,
         terminator: patterns(&ends),
         content,
-        other_terminators: others,
-        trailer: None,
+        other_terminators: [Patterns::NONE, Patterns::one(other)],
+        ..Layout::NONE
     };
     let frame = layout.frame_of(&WITHOUT_LENGTH, &bytes, 0);
     frame.ok().map(<[u8]>::len)
@@ -332,7 +321,7 @@ fn where_a_frame_with_a_content_ends() {
     let (range, other) = kani::any::<((u8, u8), [u8; 2])>();
     let is_content = |byte: u8| range.0 <= byte && byte <= range.1;
     let is_end = |byte: u8| byte == ends[0][0] || byte == ends[1][0];
-    // `build` rejects terminators that begin with each other.
+    // `check` rejects terminators that begin with each other.
     kani::assume(!is_end(other[0]));
     let [first, second, third] = bytes.map(is_content);
     let expected = if !first {
@@ -350,7 +339,7 @@ fn where_a_frame_with_a_content_ends() {
     } else {
         (!third && is_end(bytes[2])).then_some(3)
     };
-    assert!(length_by_delimiter(bytes, ends, &[range], &[&other]) == expected);
+    assert!(length_by_delimiter(bytes, ends, &[range], &other) == expected);
     kani::cover!(first && second && expected == Some(3), "a terminator");
     kani::cover!(
         first && !second && expected == Some(3),

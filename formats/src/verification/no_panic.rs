@@ -6,9 +6,11 @@ use framelock::{Encode, EncodeInto, FixedFormat, Format};
 use super::any_layout::{Parts, any_checksum, any_number, patterns};
 use crate::any_of::AnyOf;
 use crate::crsf::{self, Crsf};
+use crate::gnss::{self, Gnss};
 use crate::ibus::Ibus;
 use crate::layout::{
-    Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table, index,
+    Algorithm, CheckedLayout, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns,
+    Table, index,
 };
 use crate::mavlink::{self, Mavlink1, Mavlink2};
 use crate::motion::{BIN, BIN_CRC8, SixAxes, SixAxesBigEndian};
@@ -64,8 +66,7 @@ fn in_writing_a_checksum() {
     kani::cover!(sum.write(&mut bytes, kani::any(), any_extra()), "written");
 }
 
-/// Computes a CRC bit by bit, MAVLink's CRC in steps of four bytes, and a CRC with tables in steps of sixteen, four and
-/// one bytes.
+/// Computes a CRC bit by bit, MAVLink's CRC in steps of four bytes, and a CRC with a table.
 #[kani::proof]
 #[kani::unwind(22)]
 fn in_a_crc() {
@@ -78,8 +79,8 @@ fn in_a_crc() {
             ..crc
         };
         let _ = mavlink.result(mavlink.update(kani::any(), &kani::any::<[u8; 6]>()));
-        let table = Table::Sixteens(&[[0; 256]; 16]);
-        let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 21]>());
+        let table = Table::Words(&[0; 256]);
+        let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 2]>());
         kani::cover!(crc.reflected_in, "either");
     }
 }
@@ -87,7 +88,8 @@ fn in_a_crc() {
 /// Seals `N` bytes as a frame of an arbitrary layout that has neither a length field nor a checksum.
 /// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so
 /// the sync may be missing here.
-/// [`super::laws`] covers the classification of the bytes, which `seal` performs too.
+/// [`super::laws`] covers the classification of the bytes, which `seal` performs too. So only [`in_sealing_and_classifying`]
+/// calls `seal` as a whole.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
@@ -99,7 +101,7 @@ fn in_sealing<const N: usize>() {
         },
         length: Length::Fixed,
         terminator: patterns(&ends),
-        other_terminators: &[&other],
+        other_terminators: [Patterns::NONE, Patterns::one(&other)],
         ..parts.layout()
     };
     let before = bytes;
@@ -123,6 +125,24 @@ fn in_sealing_two_bytes() {
 #[kani::unwind(5)]
 fn in_sealing_three_bytes() {
     in_sealing::<3>();
+}
+
+/// Seals up to three bytes as a frame of an arbitrary layout that has a sync, a terminator and a trailer.
+#[kani::proof]
+#[kani::unwind(5)]
+fn in_sealing_and_classifying() {
+    let (mut bytes, ends) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
+    let parts = Parts::<0, 0>::any();
+    let layout = Layout {
+        sync: patterns(&ends),
+        length: Length::Fixed,
+        messages: None,
+        terminator: patterns(&ends),
+        ..parts.layout()
+    };
+    let count = any_up_to(3);
+    let is_frame = CheckedLayout(layout).seal(bytes.get_mut(..count).unwrap());
+    kani::cover!(is_frame && count == 3, "a frame");
 }
 
 /// Writes the length of a frame, and none of its other parts. The frame may be empty.
@@ -183,6 +203,25 @@ fn in_decoding_either_layout() {
     in_decoding::<_, 8>(&AnyOf(&[BIN, BIN_CRC8]));
 }
 
+/// A frame begins with the first byte of a sync, or, if it is no frame, with another byte. 0 stands for all other bytes,
+/// because only the comparison with the syncs examines the first byte.
+#[kani::proof]
+#[kani::unwind(32)]
+fn in_decoding_gnss() {
+    let mut bytes: [u8; 30] = kani::any();
+    let mut decoded = |first| {
+        bytes[0] = first;
+        let is_sentence = matches!(
+            Gnss::<30>.decode(any_bytes(&bytes)),
+            gnss::Message::Nmea(text) if text.len() == 24
+        );
+        is_sentence
+    };
+    let is_sentence = decoded(b'$');
+    let _ = (decoded(b'!'), decoded(0xB5), decoded(0xD3), decoded(0));
+    kani::cover!(is_sentence, "a sentence");
+}
+
 /// Calls the functions of a layout that compute something. The others only return a field.
 #[kani::proof]
 #[kani::unwind(5)]
@@ -191,13 +230,16 @@ fn in_asking_a_layout() {
     let parts = Parts::<1, 1>::any();
     let layout = Layout {
         terminator: patterns(&ends),
-        other_terminators: &[&other],
+        other_terminators: [Patterns::NONE, Patterns::one(&other)],
         ..parts.layout()
     };
     let bytes = any_bytes(&bytes);
     let _ = (layout.header(), layout.longest_without_trailer());
-    let _ = (index(kani::any(), kani::any()), layout.starts(kani::any()));
-    let _ = layout.trailer().map(|trailer| trailer.bytes_after(bytes));
+    let _ = (
+        index(kani::any(), kani::any()),
+        CheckedLayout(layout).starts(kani::any()),
+    );
+    let _ = layout.trailer.map(|trailer| trailer.bytes_after(bytes));
     let _ = any_checksum().encoded_bytes();
     let length = layout.counted_length(bytes);
     kani::cover!(length + 1 == bytes.len(), "another terminator");

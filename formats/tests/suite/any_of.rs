@@ -2,7 +2,7 @@
 
 use framelock::{BufferedReceiver, Classification, DiscardReason, Format, LineEvent};
 use framelock_formats::layout::{
-    Algorithm, Checksum, Crc, FixedBits, KnownMessage, Layout, LayoutBuilder, Length, LengthField,
+    Algorithm, CheckedLayout, Checksum, Crc, FixedBits, KnownMessage, Layout, Length, LengthField,
     Messages, Number, Patterns,
 };
 use framelock_formats::{AnyOf, check_laws};
@@ -11,15 +11,23 @@ use proptest::prelude::*;
 use crate::built;
 
 /// Lines that begin with `$`.
-const LINES: LayoutBuilder = Layout::builder()
-    .sync(Patterns::one(b"$"))
-    .length(Length::Delimiter)
-    .longest(10);
+const LINES: Layout = Layout {
+    sync: Patterns::one(b"$"),
+    length: Length::Delimiter,
+    longest: 10,
+    ..Layout::NONE
+};
 
 /// The longest frame may belong to any of several layouts.
 #[test]
 fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
-    let layout = |longest| built(&Layout::builder().sync(Patterns::one(b"$")).longest(longest));
+    let layout = |longest| {
+        built(&Layout {
+            sync: Patterns::one(b"$"),
+            longest,
+            ..Layout::NONE
+        })
+    };
     for lengths in [[3, 5, 4], [5, 3, 4], [3, 4, 5]] {
         assert_eq!(AnyOf(&lengths.map(layout)).longest(), 5);
     }
@@ -28,16 +36,26 @@ fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
 /// If several layouts reject the bytes, the reason comes from the layout that found an error latest in the frame.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
-    let layout = |sync| {
-        let layout = Layout::builder().sync(Patterns::one(sync));
-        layout.length(Length::Field(LengthField::byte(2)))
+    let layout = |sync| Layout {
+        sync: Patterns::one(sync),
+        length: Length::Field(LengthField::byte(2)),
+        longest: 10,
+        ..Layout::NONE
     };
-    let other = built(&layout(&[0x55, 0x01]).longest(10));
-    let half = built(&layout(&[0x24, 0x02]).longest(10));
-    let too_long = built(&layout(&[0x24, 0x01]).longest(10));
-    let too_short = built(&layout(&[0x24, 0x01]).shortest(250).longest(255));
-    let summed = Layout::builder().sync(Patterns::one(b"$")).longest(3);
-    let summed = built(&summed.checksum(Checksum::at_the_end(1)));
+    let other = built(&layout(&[0x55, 0x01]));
+    let half = built(&layout(&[0x24, 0x02]));
+    let too_long = built(&layout(&[0x24, 0x01]));
+    let too_short = built(&Layout {
+        shortest: 250,
+        longest: 255,
+        ..layout(&[0x24, 0x01])
+    });
+    let summed = built(&Layout {
+        sync: Patterns::one(b"$"),
+        longest: 3,
+        checksum: Some(Checksum::at_the_end(1)),
+        ..Layout::NONE
+    });
     for (layouts, why) in [
         ([other, half, other], DiscardReason::BrokenSync),
         ([half, too_long, other], DiscardReason::TooLong),
@@ -56,14 +74,26 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
 /// incomplete.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
-    let lines = LINES.terminator(Patterns::one(b"\n"));
+    let lines = Layout {
+        terminator: Patterns::one(b"\n"),
+        ..LINES
+    };
     let messages = [KnownMessage::new(u32::from(b'x'))];
-    let with_a_longer_header = built(&lines.messages(Messages::new(Number::byte(2), &messages)));
+    let with_a_longer_header = built(&Layout {
+        messages: Some(Messages {
+            number: Number::byte(2),
+            known: &messages,
+        }),
+        ..lines
+    });
     assert_eq!(
         with_a_longer_header.classify_after(b"$\nx", 2),
         Classification::Rejected(DiscardReason::BadHeader)
     );
-    let begins_like_it = built(&lines.sync(Patterns::one(b"$\n$")));
+    let begins_like_it = built(&Layout {
+        sync: Patterns::one(b"$\n$"),
+        ..lines
+    });
     let any_of = AnyOf(&[begins_like_it, built(&lines)]);
     assert_eq!(
         any_of.classify(b"$\n"),
@@ -76,7 +106,13 @@ fn an_end_in_what_was_seen_is_found() {
 /// Frames of the second and third layouts begin with the same byte. Their second byte tells them apart.
 #[test]
 fn a_frame_belongs_to_the_layout_that_accepts_it() {
-    let layout = |sync| built(&Layout::builder().sync(Patterns::one(sync)).longest(3));
+    let layout = |sync| {
+        built(&Layout {
+            sync: Patterns::one(sync),
+            longest: 3,
+            ..Layout::NONE
+        })
+    };
     let layouts = [layout(b"#"), layout(b"$A"), layout(b"$B")];
     for (kind, frame) in [b"#A1", b"$A2", b"$B3"].into_iter().enumerate() {
         assert_eq!(AnyOf(&layouts).decode(frame), (kind, &frame[..]));
@@ -87,9 +123,18 @@ fn a_frame_belongs_to_the_layout_that_accepts_it() {
 /// would accept the line feed as the end of its frame.
 #[test]
 fn a_layout_that_rejected_what_was_seen_rejects_it_again() {
-    let lines = LINES.terminator(Patterns::one(b"\n"));
-    let digits = lines.content(&[(b'0', b'9')]);
-    let two_line_feeds = lines.terminator(Patterns::one(b"\n\n"));
+    let lines = Layout {
+        terminator: Patterns::one(b"\n"),
+        ..LINES
+    };
+    let digits = Layout {
+        content: &[(b'0', b'9')],
+        ..lines
+    };
+    let two_line_feeds = Layout {
+        terminator: Patterns::one(b"\n\n"),
+        ..lines
+    };
     let layouts = [built(&digits), built(&two_line_feeds)];
     let any_of = AnyOf(&layouts);
     for seen in 0..3 {
@@ -99,7 +144,11 @@ fn a_layout_that_rejected_what_was_seen_rejects_it_again() {
 }
 
 /// The outcomes of a line that gets these bytes and then this event: each frame's offset, kind and length.
-fn delivered_at(layouts: &[Layout], bytes: &[u8], event: LineEvent) -> Vec<(usize, usize, usize)> {
+fn delivered_at(
+    layouts: &[CheckedLayout],
+    bytes: &[u8],
+    event: LineEvent,
+) -> Vec<(usize, usize, usize)> {
     let format = AnyOf(layouts);
     let buffer = vec![0; 2 * format.longest()];
     let mut receiver = BufferedReceiver::with_buffer(format, buffer).expect("it holds the longest");
@@ -127,14 +176,16 @@ const EVENTS: [LineEvent; 5] = [
 ];
 
 /// Frames that begin with `AA` and end with the sum of the other bytes.
-const SUMMED: LayoutBuilder = Layout::builder()
-    .sync(Patterns::one(&[0xAA]))
-    .checksum(Checksum::at_the_end(1));
+const SUMMED: Layout = Layout {
+    sync: Patterns::one(&[0xAA]),
+    checksum: Some(Checksum::at_the_end(1)),
+    ..Layout::NONE
+};
 
 /// The first kind waits for six bytes. A line event delivers the whole frame of the second kind.
 #[test]
 fn a_line_event_delivers_a_frame_of_a_later_kind() {
-    let layouts = [6, 4].map(|longest| built(&SUMMED.longest(longest)));
+    let layouts = [6, 4].map(|longest| built(&Layout { longest, ..SUMMED }));
     let frame = [0xAA, 1, 2, 0xAD];
     for event in EVENTS {
         assert_eq!(delivered_at(&layouts, &frame, event), [(0, 1, 4)]);
@@ -149,13 +200,35 @@ fn a_line_event_delivers_a_frame_of_a_later_kind() {
 /// are delivered, if a pause follows each frame.
 #[test]
 fn no_order_of_modbus_requests_and_responses_loses_a_frame() {
-    const CRC: Crc = Crc::new(16, 0x8005).initial(0xFFFF).reflected();
-    const READ: &[FixedBits] = &[FixedBits::new(1, 0xFF, 3)];
-    let checksum = Checksum::at_the_end(2).algorithm(Algorithm::Crc(CRC));
-    let read = Layout::builder().fixed(READ).checksum(checksum);
-    let request = built(&read.longest(8));
-    let response = read.length(Length::Field(LengthField::byte(2).plus(5)));
-    let response = built(&response.longest(255));
+    const CRC: Crc = Crc {
+        initial: 0xFFFF,
+        reflected_in: true,
+        reflected_out: true,
+        ..Crc::new(16, 0x8005)
+    };
+    const READ: &[FixedBits] = &[FixedBits {
+        at: 1,
+        mask: 0xFF,
+        value: 3,
+    }];
+    let checksum = Checksum {
+        algorithm: Algorithm::Crc(CRC),
+        ..Checksum::at_the_end(2)
+    };
+    let read = Layout {
+        fixed: READ,
+        checksum: Some(checksum),
+        ..Layout::NONE
+    };
+    let request = built(&Layout { longest: 8, ..read });
+    let response = built(&Layout {
+        length: Length::Field(LengthField {
+            plus: 5,
+            ..LengthField::byte(2)
+        }),
+        longest: 255,
+        ..read
+    });
     for layouts in [[request, response], [response, request]] {
         let kind = |layout| {
             layouts
@@ -211,7 +284,7 @@ proptest! {
     /// begin at the same byte and both are delivered at the event, the kind that is listed first wins.
     #[test]
     fn no_order_of_kinds_loses_a_frame(kinds in kinds(), bytes in stretches(), event in prop::sample::select(&EVENTS[..])) {
-        let layouts: Vec<Layout> = kinds.iter().map(|length| built(&SUMMED.longest(*length))).collect();
+        let layouts: Vec<CheckedLayout> = kinds.iter().map(|length| built(&Layout { longest: *length, ..SUMMED })).collect();
         let delivered = delivered_at(&layouts, &bytes, event);
         let is_frame = |at: usize, length: usize| {
             let frame = bytes.get(at..at + length)?.split_last()?;

@@ -3,7 +3,13 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 use std::{env, fs};
+
+use framelock_limited::run_within;
+
+/// The limit for a compilation of the core and the formats.
+const LIMIT: Duration = Duration::from_secs(600);
 
 /// Compiles a package with this source, in which the crates are named `receiver` and `frames`. Returns whether the
 /// package compiles, and the compiler's output.
@@ -22,12 +28,12 @@ fn checked(name: &str, source: &str) -> (bool, String) {
     fs::write(package.join("src/lib.rs"), source).expect("a source");
     // The package uses the workspace's lock file, so that Cargo downloads nothing.
     fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("a lock file");
-    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo
         .args(["check", "--quiet", "--offline"])
         .env("CARGO_TARGET_DIR", package.join("target"))
-        .current_dir(&package)
-        .output()
-        .expect("cargo");
+        .current_dir(&package);
+    let output = run_within(LIMIT, &mut cargo, b"").expect("cargo");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     (output.status.success(), said)
 }

@@ -4,7 +4,8 @@
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format, LineEvent};
 use framelock_formats::layout::{
-    ByteOrder, FixedBits, KnownMessage, Layout, Length, LengthField, Messages, Number, Patterns,
+    ByteOrder, CheckedLayout, FixedBits, KnownMessage, Layout, Length, LengthField, Messages,
+    Number, Patterns,
 };
 use framelock_formats::{
     AnyOf, check_laws,
@@ -18,22 +19,11 @@ use framelock_formats::{
 
 use crate::{DIALECT, built, frame};
 
-#[path = "../../../core/examples/own_format.rs"]
-#[expect(dead_code, reason = "only its format is needed here")]
-mod own_format;
-
-fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
+pub(crate) fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
     for frame in frames {
         let mut stream = [frame, &frame[..3]].concat();
         check_laws(format, &mut stream).unwrap_or_else(|broken| panic!("{broken}: {stream:02X?}"));
     }
-}
-
-/// The core's example of a handwritten format.
-#[test]
-fn own_format() {
-    let longest = [&b"\xAA\x1F"[..], &[1; 31], &[31]].concat();
-    keeps_the_laws(&own_format::Text, &[b"\xAA\x00\x00".to_vec(), longest]);
 }
 
 #[test]
@@ -125,9 +115,9 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
 /// A format that finds a frame before a line event must find it among the bytes.
 #[test]
 fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
-    /// A deliberate mistake: at a pause, the format claims the longest frame.
+    /// A deliberate mistake: at one kind of line event, the format claims the longest frame.
     #[derive(Clone, Copy)]
-    struct Impatient;
+    struct Impatient(LineEvent);
     impl Format for Impatient {
         const LONGEST: usize = Ibus::LONGEST;
         type Message<'a> = ();
@@ -135,16 +125,30 @@ fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
             Ibus.classify(bytes)
         }
         fn classify_before(&self, _: &[u8], event: LineEvent) -> Classification {
-            match event {
-                LineEvent::Idle => Classification::Frame(Self::LONGEST),
-                _ => Classification::Rejected(DiscardReason::LineEvent),
+            if event == self.0 {
+                Classification::Frame(Self::LONGEST)
+            } else {
+                Classification::Rejected(DiscardReason::LineEvent)
             }
         }
         fn decode(&self, _: &[u8]) {}
     }
     let mut stream = frame(&Ibus, [1500; 18]);
-    let broken = check_laws(&Impatient, &mut stream).expect_err("the frame is too long");
-    assert_eq!((broken.law, broken.from, broken.length), (6, 0, 1));
+    for event in [
+        LineEvent::Framing,
+        LineEvent::Parity,
+        LineEvent::Overrun,
+        LineEvent::Break,
+        LineEvent::Idle,
+    ] {
+        let broken = check_laws(&Impatient(event), &mut stream);
+        let broken = broken.expect_err("the frame is too long");
+        assert_eq!(
+            (broken.law, broken.from, broken.length),
+            (6, 0, 1),
+            "{event:?}"
+        );
+    }
 }
 
 /// The check is fast enough for long frames, even without optimisation.
@@ -169,11 +173,16 @@ fn a_frame_of_300_bytes() {
         id: 2,
         payload: &[0xB5; 292],
     };
-    let mut longest = frame(&Ubx::<300>, message);
+    let longest = frame(&Ubx::<300>, message);
     assert_eq!(longest.len(), 300);
     keeps_the_laws(&Ubx::<300>, std::slice::from_ref(&longest));
-    let broken = check_laws(&Hasty, &mut longest).expect_err("it settles too soon");
+    let mut stream = longest.clone();
+    let broken = check_laws(&Hasty, &mut stream).expect_err("it settles too soon");
     assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
+    assert_eq!(
+        stream, longest,
+        "the stream is restored after an error, too"
+    );
 }
 
 /// Returns the frame with a signature and with the CRC that a signed frame has.
@@ -183,7 +192,10 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed[2] = 1;
     let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
     let known = DIALECT.iter().find(|known| known.number == id);
-    let extra = known.expect("a known message").extra;
+    let extra = known
+        .expect("a known message")
+        .extra
+        .expect("an extra byte");
     let crc = mavlink_core::calculate_crc(&signed[1..], extra);
     signed.extend(crc.to_le_bytes());
     signed.extend([7, 1, 2, 3, 4, 5, 6, 0xA, 0xB, 0xC, 0xD, 0xE, 0xF]);
@@ -212,11 +224,16 @@ fn bin_and_bin_crc8() {
 /// If a byte contains bits of the length and other bits, sealing changes only the bits of the length.
 #[test]
 fn what_is_not_of_the_length_stays_as_it_is() {
-    const LAYOUT: Layout = Layout::builder()
-        .sync(Patterns::one(&[0x24]))
-        .length(Length::Field(LengthField::byte(1).mask(0x3F)))
-        .longest(20)
-        .build_const();
+    const LAYOUT: CheckedLayout = Layout {
+        sync: Patterns::one(&[0x24]),
+        length: Length::Field(LengthField {
+            mask: 0x3F,
+            ..LengthField::byte(1)
+        }),
+        longest: 20,
+        ..Layout::NONE
+    }
+    .checked();
     let mut frame = [0, 0x95, 1, 2, 3];
     assert!(LAYOUT.seal(&mut frame));
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
@@ -238,17 +255,33 @@ fn numbers_in_the_header_have_a_size_and_an_order() {
         }
         let (frame, length) = ([b"$", &*number].concat(), 1 + bytes);
         let (at, whole) = (Number::new(1, bytes, order), Classification::Frame(length));
-        let any = Layout::builder().sync(Patterns::one(b"$")).longest(length);
+        let any = Layout {
+            sync: Patterns::one(b"$"),
+            longest: length,
+            ..Layout::NONE
+        };
 
         let plus = i32::try_from(length).expect("a few") - value.cast_signed();
-        let counted = built(&any.length(Length::Field(LengthField::new(at).plus(plus))));
+        let counted = built(&Layout {
+            length: Length::Field(LengthField {
+                plus,
+                ..LengthField::new(at)
+            }),
+            ..any
+        });
         assert_eq!(counted.classify(&frame), whole, "{counted:?}");
         let mut unsealed = vec![0; length];
         assert!(counted.seal(&mut unsealed));
         assert_eq!(unsealed, frame);
 
         let known = [KnownMessage::new(value)];
-        let numbered = built(&any.messages(Messages::new(at, &known)));
+        let numbered = built(&Layout {
+            messages: Some(Messages {
+                number: at,
+                known: &known,
+            }),
+            ..any
+        });
         assert_eq!(numbered.classify(&frame), whole, "{numbered:?}");
     }
 }
@@ -256,48 +289,80 @@ fn numbers_in_the_header_have_a_size_and_an_order() {
 /// Limiting cases: the shortest and longest frames, fixed bits next to the end of the header, and negative lengths.
 #[test]
 fn what_a_layout_says_at_its_limits() {
-    let counted = |field| {
-        let layout = Layout::builder().sync(Patterns::one(b"$"));
-        layout.length(Length::Field(field)).longest(10)
+    let field = LengthField::byte(1);
+    let layout = Layout {
+        sync: Patterns::one(b"$"),
+        length: Length::Field(field),
+        longest: 10,
+        ..Layout::NONE
     };
-    let layout = counted(LengthField::byte(1));
-    let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
-    let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
+    let counted = |field| Layout {
+        length: Length::Field(field),
+        ..layout
+    };
+    let has_a_bit = |at| {
+        [FixedBits {
+            at,
+            mask: 0x40,
+            value: 0x40,
+        }]
+    };
+    let (in_header, behind) = (&has_a_bit(1), &has_a_bit(2));
     for (layout, bytes, says) in [
         // A frame may consist only of its header, even if this is also the longest frame.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
-        (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (
-            counted(LengthField::byte(1).mask(0x3F)).fixed(&in_header),
+            Layout {
+                longest: 2,
+                ..layout
+            },
+            &[0x24, 2],
+            Classification::Frame(2),
+        ),
+        (
+            Layout {
+                fixed: in_header,
+                ..counted(LengthField {
+                    mask: 0x3F,
+                    ..field
+                })
+            },
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
         (
-            layout.shortest(3).fixed(&behind),
+            Layout {
+                shortest: 3,
+                fixed: behind,
+                ..layout
+            },
             &[0x24, 3],
             Classification::Incomplete { at_least: 3 },
         ),
         (
-            counted(LengthField::byte(1).plus(-5)),
+            counted(LengthField { plus: -5, ..field }),
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
         // A length of 2 to the power of 63 bytes or more is too long, too.
         (
-            counted(
-                LengthField::new(Number::new(1, 4, ByteOrder::Big))
-                    .factor(u32::MAX)
-                    .plus(5),
-            ),
+            counted(LengthField {
+                number: Number::new(1, 4, ByteOrder::Big),
+                factor: u32::MAX,
+                plus: 5,
+                ..field
+            }),
             &[0x24, 0xFF, 0xFF, 0xFF, 0xFF],
             Classification::Rejected(DiscardReason::TooLong),
         ),
         // There are as many bytes as in the longest frame, but no terminator.
         (
-            layout
-                .length(Length::Delimiter)
-                .longest(4)
-                .terminator(Patterns::one(b"\n")),
+            Layout {
+                length: Length::Delimiter,
+                longest: 4,
+                terminator: Patterns::one(b"\n"),
+                ..layout
+            },
             b"$abc",
             Classification::Rejected(DiscardReason::WrongTerminator),
         ),
@@ -311,8 +376,7 @@ fn what_a_layout_says_at_its_limits() {
 #[test]
 fn the_lengths_of_a_layout_count_its_header_and_its_trailer() {
     let layout = mavlink::layout_v2(DIALECT);
-    assert_eq!(layout.longest(), 280);
+    assert_eq!(layout.longest, 280);
     assert_eq!(layout.longest_without_trailer(), 267);
     assert_eq!(layout.header(), 10);
-    assert_eq!(layout.to_builder().header(), 10);
 }

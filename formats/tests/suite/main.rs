@@ -1,19 +1,19 @@
-//! Tests the formats against other crates' encoders and decoders, against the laws, and against the reference.
+//! Tests the formats against other crates' encoders and decoders, and against the laws.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
-mod against_reference;
 mod any_of;
 mod contradictions;
 mod dependency;
 mod display;
+mod examined;
 mod laws;
-mod layouts;
 mod limits;
 mod nmea;
 mod others;
+mod own_format;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
-use framelock_formats::layout::{KnownMessage, Layout, LayoutBuilder};
+use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
 
 /// Receives a stream and calls `see` with each message.
 fn receive<F: Format, const N: usize>(
@@ -57,6 +57,6 @@ fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
     frame.expect("it is encoded").to_vec()
 }
 
-fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
-    builder.build().expect("its parts agree")
+fn built<'a>(layout: &Layout<'a>) -> CheckedLayout<'a> {
+    layout.check().expect("its parts agree")
 }

@@ -31,7 +31,7 @@ fn received(stream: &[u8]) -> Vec<String> {
     let mut with_others = Vec::new();
     receive::<_, 1100>(Gnss::<1100>, stream, |message| match message {
         Message::Nmea(sentence) => with_others.push(text(sentence)),
-        other => panic!("{other}"),
+        other => panic!("{other:?}"),
     });
     assert_eq!(all, with_others);
     all

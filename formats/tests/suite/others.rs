@@ -1,15 +1,18 @@
 //! Checks the formats against independent crates. Each side must decode the other side's frames to the same values.
 
+use framelock::{Encode as _, EncodeInto, Receiver};
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
     crsf::{Crsf, Message as CrsfMessage},
     ibus::Ibus,
-    mavlink::{self, Mavlink2},
+    mavlink::{self, Mavlink1, Mavlink2},
+    motion::SixAxes,
+    rtcm::{self, Rtcm},
     sbus::{self, Sbus},
     ubx::{self, Ubx},
 };
 use mavlink_core::error::ParserError;
-use mavlink_core::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
+use mavlink_core::{MAVLinkV1MessageRaw, MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
 use proptest::prelude::*;
 use sha2::Digest as _;
 use ublox::proto23::{PacketRef, Proto23};
@@ -66,11 +69,10 @@ proptest! {
     #[test]
     fn crcs_with_and_without_tables(bytes in prop::collection::vec(any::<u8>(), 0..=40)) {
         let of_sixteen_bits = |polynomial, reflected| {
-            let crc = Crc::new(16, polynomial).initial(0xFFFF);
-            crc.reflected_in(reflected).reflected_out(reflected)
+            Crc { initial: 0xFFFF, reflected_in: reflected, reflected_out: reflected, ..Crc::new(16, polynomial) }
         };
-        let of_32_bits = Crc::new(32, 0x04C1_1DB7).initial(u32::MAX).xor_out(u32::MAX);
-        let of_24_bits = Crc::new(24, 0x1021).reflected();
+        let of_32_bits = Crc { initial: u32::MAX, xor_out: u32::MAX, ..Crc::new(32, 0x04C1_1DB7) };
+        let of_24_bits = Crc { reflected_in: true, reflected_out: true, ..Crc::new(24, 0x1021) };
         let expected = |theirs| crc::Crc::<u16>::new(theirs).checksum(&bytes).into();
         for (crc, expected) in [
             (of_sixteen_bits(0x1021, true), expected(&crc::CRC_16_MCRF4XX)),
@@ -79,9 +81,9 @@ proptest! {
             (of_24_bits, crc::Crc::<u32>::new(&OF_24_BITS).checksum(&bytes)),
             (of_32_bits, crc::Crc::<u32>::new(&crc::CRC_32_BZIP2).checksum(&bytes)),
         ] {
-            let (words, sixteens) = (crc.table_of_words(), crc.table_of_sixteens());
-            for table in [Table::None, Table::Words(&words), Table::Sixteens(&sixteens)] {
-                prop_assert_eq!(Algorithm::Crc(crc.table(table)).of(&bytes, None), expected);
+            let words = crc.table_of_words();
+            for table in [Table::None, Table::Words(&words)] {
+                prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
             }
         }
     }
@@ -93,12 +95,11 @@ proptest! {
             (0x31, false, &crc::CRC_8_NRSC_5),
             (0x07, true, &crc::CRC_8_ROHC),
         ] {
-            let crc = Crc::new(8, polynomial).initial(0xFF);
-            let crc = crc.reflected_in(reflected).reflected_out(reflected);
+            let crc = Crc { initial: 0xFF, reflected_in: reflected, reflected_out: reflected, ..Crc::new(8, polynomial) };
             let (narrow, words) = (crc.table_of_bytes(), crc.table_of_words());
             let expected = crc::Crc::<u8>::new(theirs);
             for table in [Table::None, Table::Bytes(&narrow), Table::Words(&words)] {
-                let algorithm = Algorithm::Crc(crc.table(table));
+                let algorithm = Algorithm::Crc(Crc { table, ..crc });
                 prop_assert_eq!(algorithm.of(&bytes, None), expected.checksum(&bytes).into());
                 prop_assert_eq!(algorithm.of(&bytes, Some(extra)), expected.checksum(&all).into());
             }
@@ -301,4 +302,164 @@ fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
 fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];
     receive::<_, 64>(Crsf, &stream, |_| panic!("delivered"));
+}
+
+/// Each format refuses the messages that its documentation names, and only these.
+#[test]
+fn a_message_without_a_frame_is_not_encoded() {
+    fn is_encoded<F: EncodeInto>(format: &F, message: F::Message<'_>) -> bool {
+        format.encode_into(message, &mut [0; 2000]).is_ok()
+    }
+    for address in 0..=u8::MAX {
+        let message = CrsfMessage {
+            address,
+            kind: 0x16,
+            payload: &[1],
+        };
+        let is_accepted = [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&address);
+        assert_eq!(is_encoded(&Crsf, message), is_accepted, "{address:#04X}");
+    }
+    for (id, is_known) in [(0, true), (256, false), (1 << 24, false)] {
+        let message = mavlink::Message {
+            id,
+            payload: &[1],
+            ..Default::default()
+        };
+        assert_eq!(is_encoded(&Mavlink1(DIALECT), message), is_known, "{id}");
+        assert_eq!(is_encoded(&Mavlink2(DIALECT), message), is_known, "{id}");
+    }
+    let payload = [7; 1024];
+    for (most, encodes) in [
+        (60, |payload: &[u8]| {
+            let (address, kind) = (0xC8, 0x16);
+            is_encoded(
+                &Crsf,
+                CrsfMessage {
+                    address,
+                    kind,
+                    payload,
+                },
+            )
+        }),
+        (92, |payload: &[u8]| {
+            let (class, id) = (1, 7);
+            is_encoded(&Ubx::<100>, ubx::Message { class, id, payload })
+        }),
+        (1023, |payload: &[u8]| {
+            is_encoded(&Rtcm, rtcm::Message { payload })
+        }),
+        (9, |payload: &[u8]| {
+            let message = mavlink::Message {
+                payload,
+                ..Default::default()
+            };
+            is_encoded(&Mavlink2(DIALECT), message) && is_encoded(&Mavlink1(DIALECT), message)
+        }),
+    ] as [(usize, fn(&[u8]) -> bool); 4]
+    {
+        assert!(encodes(&payload[..most]), "{most}");
+        assert!(!encodes(&payload[..=most]), "{most} and one more");
+    }
+    let unknown = mavlink::Message {
+        id: 1,
+        ..Default::default()
+    };
+    assert!(!is_encoded(&Mavlink2(DIALECT), unknown) && !is_encoded(&Mavlink1(DIALECT), unknown));
+}
+
+#[test]
+fn rtcm_numbers_are_the_first_twelve_bits() {
+    let payload = [0x43, 0x50, 0xFF];
+    let numbers = [0, 1, 2, 3].map(|bytes| {
+        let payload = &payload[..bytes];
+        rtcm::Message { payload }.number()
+    });
+    assert_eq!(numbers, [None, None, Some(1077), Some(1077)]);
+}
+
+/// SBUS2's last bytes are those of its telemetry slots.
+#[test]
+fn sbus_with_each_last_byte() {
+    for (flags, last) in
+        (0..=u8::MAX)
+            .map(|byte| (0, byte))
+            .chain([(0x0F, 0), (0x10, 0), (0x80, 0)])
+    {
+        let mut frame = frame(&Sbus, sbus::Message::default());
+        [frame[23], frame[24]] = [flags, last];
+        let mut parser = uf_sbus::SbusParser::new();
+        let theirs = frame.iter().find_map(|&byte| parser.push_byte(byte));
+        let mut received = 0;
+        receive::<_, 25>(Sbus, &frame, |_| received += 1);
+        let is_right = theirs.expect("25 bytes").is_ok();
+        assert_eq!(received, u8::from(is_right), "{flags:02X} {last:02X}");
+    }
+}
+
+#[test]
+fn crsf_from_each_device() {
+    use uf_crsf::PacketAddress::{
+        Broadcast, FlightController, Gps, Handset, Receiver, Transmitter, Usb,
+    };
+    let packet = uf_crsf::packets::RcChannelsPacked([992; 16]);
+    let accepted = [Broadcast, FlightController, Handset, Receiver, Transmitter].map(|it| (it, 1));
+    for (address, delivered) in accepted.into_iter().chain([(Gps, 0), (Usb, 0)]) {
+        let mut frame = [0; 64];
+        let length =
+            uf_crsf::write_packet_to_buffer(&mut frame, address, &packet).expect("there is room");
+        let mut received = 0;
+        receive::<_, 64>(Crsf, &frame[..length], |_| received += 1);
+        assert_eq!(received, delivered, "{address:?}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn mavlink1([sequence, system, component]: [u8; 3], payload in prop::collection::vec(any::<u8>(), 28)) {
+        let sent = mavlink::Message {
+            sequence, system, component, id: 30, payload: &payload, signature: None,
+        };
+        let frame = frame(&Mavlink1(DIALECT), sent);
+        let padded = [&frame[..], &[0; 300]].concat();
+        let theirs = MAVLinkV1MessageRaw::from_bytes_unparsed(*padded.first_chunk().expect("long enough"));
+        prop_assert!(theirs.has_valid_crc_with_extra_crc(39));
+        prop_assert_eq!(theirs.raw_bytes(), &frame[..]);
+        let numbers = [theirs.sequence(), theirs.system_id(), theirs.component_id(), theirs.message_id()];
+        prop_assert_eq!(numbers, [sequence, system, component, 30]);
+        prop_assert_eq!(theirs.payload(), &payload[..]);
+        receive_one::<_, 263>(Mavlink1(DIALECT), &frame, |message| assert_eq!(message, sent));
+    }
+
+    /// The catalogue's name for RTCM's CRC is CRC-24/LTE-A.
+    #[test]
+    fn rtcm(payload in prop::collection::vec(any::<u8>(), 0..=290)) {
+        let sent = rtcm::Message { payload: &payload };
+        let frame = frame(&Rtcm, sent);
+        let [_, crc @ ..] = crc::Crc::<u32>::new(&crc::CRC_24_LTE_A).checksum(&frame[..frame.len() - 3]).to_be_bytes();
+        prop_assert_eq!(&frame[frame.len() - 3..], crc);
+        receive_one::<_, 1029>(Rtcm, &frame, |message| assert_eq!(message, sent));
+    }
+}
+
+/// Message 1005, the example of the standard.
+#[test]
+fn rtcm_by_the_standard() {
+    let frame = b"\xD3\0\x13\x3E\xD7\xD3\x02\x02\x98\x0E\xDE\xEF\x34\xB4\xBD\x62\xAC\x09\x41\x98\x6F\x33\x36\x0B\x98";
+    receive_one::<_, 1029>(Rtcm, frame, |message| {
+        assert_eq!(
+            (message.number(), message.payload),
+            (Some(1005), &frame[3..22])
+        );
+    });
+}
+
+/// No other project has this frame, so its bytes are written by hand.
+#[test]
+fn six_axes() {
+    let frame = *b"\xFF\xFF\x01\0\x02\x01\xFF\xFF\0\x80\x0A\x0D\x0D\x0A\x0A\x0D";
+    let axes = [1, 0x0102, 0xFFFF, 0x8000, 0x0D0A, 0x0A0D];
+    assert_eq!(SixAxes::encode(axes), frame);
+    let mut receiver = Receiver::<SixAxes>::new();
+    let found = frame.iter().find_map(|&byte| receiver.push(byte));
+    assert_eq!(found, Some(axes));
 }

@@ -1,7 +1,6 @@
 //! Decodes frames from a file, standard input or a serial port.
 
 mod hints;
-mod rejected_headers;
 mod totals;
 
 use std::io::{self, Write};
@@ -16,14 +15,12 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use serde::Serialize;
 
-use crate::frame_option::ProtocolParser;
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::options::whole;
+use crate::options::{ProtocolParser, whole};
 use crate::output::{Output, exit_code, note};
 use crate::process::{Timestamps, on_interrupt, time_of_day};
 use crate::serial::PortOptions;
-use rejected_headers::RejectedHeaders;
 use totals::{DiscardedTotals, Totals};
 
 /// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
@@ -63,6 +60,9 @@ pub(crate) struct Arguments {
     /// Write frames to FILE, replacing it, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Also record the bytes in FILE, which must not exist
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Print numbers in hex (with --format text)
     #[arg(long)]
     hex: bool,
@@ -141,8 +141,7 @@ struct Decoder<W> {
     /// Rows that have not been written yet.
     rows: Vec<u8>,
     /// The number of bytes that have become part of a frame or were discarded.
-    settled: usize,
-    rejected: RejectedHeaders,
+    decided: usize,
     policy: Policy,
     /// Whether only some kinds of frames are written.
     is_partial: bool,
@@ -158,6 +157,8 @@ struct Decoder<W> {
     idle_gap: Option<Duration>,
     /// The time of the last arrival. `None` if the pause after this arrival has already been reported to the receiver.
     heard: Option<Instant>,
+    /// The file in which the bytes are recorded.
+    recording: Option<Output>,
     /// The output for the summary; `None` if no summary is wanted, or the summary has been written.
     summary: Option<Output>,
 }
@@ -171,8 +172,7 @@ impl<W: Write> Decoder<W> {
             format,
             output,
             rows: Vec::new(),
-            settled: 0,
-            rejected: RejectedHeaders::default(),
+            decided: 0,
             policy,
             is_partial: false,
             wanted: 0,
@@ -183,6 +183,7 @@ impl<W: Write> Decoder<W> {
             timestamps: None,
             idle_gap: None,
             heard: None,
+            recording: None,
             summary: None,
         })
     }
@@ -192,9 +193,12 @@ impl<W: Write> Decoder<W> {
         match arrival {
             Arrival::Bytes(bytes) => {
                 self.heard = self.idle_gap.map(|_| Instant::now());
+                if let Some(recording) = &mut self.recording {
+                    recording.write_all(bytes)?;
+                }
                 self.take(Step::Bytes(bytes))?;
                 let tried = bytes.len().min(hints::TRIED - self.beginning.len());
-                self.beginning.extend(bytes.iter().take(tried));
+                self.beginning.extend(&bytes[..tried]);
                 if self.is_live && self.start.elapsed() > LONG_ENOUGH && self.totals.bytes >= ENOUGH
                 {
                     self.print_hint();
@@ -227,18 +231,17 @@ impl<W: Write> Decoder<W> {
     fn take(&mut self, step: Step) -> Result<()> {
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
-        let settle = |found: Found<&[u8]>| {
-            self.settled += found.bytes();
+        let on_outcome = |found: Found<&[u8]>| {
+            self.decided += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why, .. } => return self.rejected.discarded(count, why),
+                Found::Discarded { .. } => return,
             };
-            self.rejected.frame();
             if self.is_partial && !self.frame.is_wanted(bytes) {
                 return;
             }
             self.wanted += 1;
-            let offset = self.settled - 1;
+            let offset = self.decided - 1;
             let place = Place { offset, time };
             self.format
                 .append(&mut self.rows, &place, &self.frame, bytes);
@@ -248,15 +251,12 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // Skip the outcomes: this format writes no frames, and the hint about rejected headers is not possible,
-            // because setpoint frames have no such headers.
-            Step::Bytes(bytes)
-                if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
-            {
+            // Skip the outcomes, because this format writes no frames.
+            Step::Bytes(bytes) if self.format == OutputFormat::None && !self.is_partial => {
                 self.line.feed(bytes, |_| ());
             }
-            Step::Bytes(bytes) => self.line.feed(bytes, settle),
-            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, settle),
+            Step::Bytes(bytes) => self.line.feed(bytes, on_outcome),
+            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
         }
         match step {
             Step::End => self.totals.add_end(self.line.counters()),
@@ -286,13 +286,11 @@ impl<W: Write> Decoder<W> {
     fn hint(&self) -> Option<String> {
         let (bytes, protocol) = (self.totals.bytes, &self.frame.protocol);
         let discarded = self.totals.discarded.total();
-        let key = self.rejected.cause(protocol, bytes);
-        let is_bad = bytes > 0 && (self.totals.frames == 0 || discarded > bytes / 2);
-        if !is_bad && key.is_none() {
+        if bytes == 0 || self.totals.frames > 0 && discarded <= bytes / 2 {
             return None;
         }
-        let cause = is_bad.then(|| hints::likely_cause(protocol, self.policy, &self.beginning));
-        let cause = cause.flatten().or(key).unwrap_or_else(|| {
+        let cause = hints::likely_cause(protocol, self.policy, &self.beginning);
+        let cause = cause.unwrap_or_else(|| {
             "check --frame, the baud rate and parity, and whether the line is inverted".to_owned()
         });
         Some(format!(
@@ -384,11 +382,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     decoder.frame.is_hex = arguments.hex;
     decoder.is_partial = !arguments.only.is_empty();
     if decoder.is_partial {
-        decoder.frame.only(&arguments.only).map_err(Error::msg)?;
+        decoder.frame.only(&arguments.only)?;
     }
     decoder.timestamps = arguments.timestamps;
     decoder.is_live = !input.is_file();
     decoder.idle_gap = arguments.idle_gap.map(Duration::from_millis);
+    decoder.recording = arguments
+        .record
+        .as_deref()
+        .map(Output::create_new)
+        .transpose()?;
+    // A user who only records may not know yet which frames the line has.
+    decoder.is_hinted = arguments.record.is_some() && arguments.format == OutputFormat::None;
     decoder.summary = arguments.summary()?;
     let decoder = Arc::new(Mutex::new(decoder));
     if arguments.summary.is_some() {
@@ -441,19 +446,6 @@ fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
     lock(decoder).take(Step::End)
-}
-
-/// Returns the rows of a stream in each text format.
-pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
-    let formats = [OutputFormat::Text, OutputFormat::Csv, OutputFormat::Jsonl];
-    let rows = formats.into_iter().map(|format| {
-        let mut decoder = Decoder::new(protocol, Policy::Framelock, format, Vec::new())?;
-        decoder.begin()?;
-        decoder.take(Step::Bytes(stream))?;
-        decoder.take(Step::Silence)?;
-        Ok(decoder.output)
-    });
-    rows.collect()
 }
 
 /// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use framelock_receiving::Protocol;
 
-use crate::frame_option::ProtocolParser;
 use crate::input::Input;
+use crate::options::ProtocolParser;
 use crate::output::{Output, note};
 use crate::rows::{InputFormat, rows};
 use crate::serial::PortOptions;

@@ -4,8 +4,8 @@
 use std::io::Write as _;
 use std::time::Duration;
 
-use framelock_description::text::no_such;
-use framelock_description::{Column, Field, KIND, Kind, Value};
+use anyhow::{Result, bail};
+use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
@@ -17,7 +17,7 @@ pub(crate) struct Place {
 
 /// The parts of the output that do not change between the frames of a kind or of a view.
 #[derive(Clone)]
-struct Written {
+struct KindRow {
     kind: Kind,
     is_wanted: bool,
     /// The fields whose values differ between frames: the index of each field, and the JSON text before the field's
@@ -28,17 +28,18 @@ struct Written {
     cells: Vec<(Option<usize>, usize)>,
 }
 
-impl Written {
+impl KindRow {
     fn new(kind: &Kind, columns: &[Column], is_wanted: bool) -> Self {
         let fields = kind.fields.iter().enumerate();
-        let shown = fields.filter(|(_, field)| field.constant.is_none());
+        let varying = fields.filter(|(_, field)| field.constant.is_none());
         let keys =
-            shown.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
+            varying.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
         let arrays = columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array);
-        let cells = arrays.filter_map(|columns| {
-            let column = columns.first().filter(|column| column.name != KIND)?;
-            let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
-            Some((kind.fields.iter().position(is_it), columns.len()))
+        let arrays = arrays.filter(|columns| columns[0].name != KIND);
+        let cells = arrays.map(|columns| {
+            let name = field_name(&columns[0]);
+            let has_name = |field: &Field| field.name == *name && field.constant.is_none();
+            (kind.fields.iter().position(has_name), columns.len())
         });
         // Merge consecutive empty cells, so that they are written together.
         let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
@@ -58,7 +59,7 @@ impl Written {
 }
 
 /// Returns the name of the field whose value is in a column.
-fn name_of(column: &Column) -> &String {
+fn field_name(column: &Column) -> &String {
     column.array.as_ref().unwrap_or(&column.name)
 }
 
@@ -67,7 +68,7 @@ fn name_of(column: &Column) -> &String {
 pub(crate) struct FrameWriter {
     pub(crate) protocol: Protocol,
     /// The parts of the output that do not change, for each kind and each view.
-    written: Vec<Written>,
+    kind_rows: Vec<KindRow>,
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
     has_kinds: bool,
@@ -81,7 +82,7 @@ impl FrameWriter {
     /// Creates a writer of all kinds, with numbers in decimal.
     pub(crate) fn new(protocol: Protocol) -> Self {
         let mut new = Self {
-            written: Vec::new(),
+            kind_rows: Vec::new(),
             columns: protocol.description.columns.clone(),
             has_kinds: protocol.description.has_kinds(),
             only: Vec::new(),
@@ -94,13 +95,18 @@ impl FrameWriter {
 
     /// Limits the output to the kinds of frames and the messages with these names. Only the columns of these kinds and
     /// messages remain.
-    pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
+    pub(crate) fn only(&mut self, names: &[String]) -> Result<()> {
         let description = &self.protocol.description;
         for name in names {
-            let is_it = |own: &str| own.eq_ignore_ascii_case(name);
-            if !description.shown().any(|kind| kind.has_name(is_it)) {
-                let why = no_such(name, &description.kind_names());
-                return Err(format!("--only {name}: {why}"));
+            let is_equal = |own: &str| own.eq_ignore_ascii_case(name);
+            if !description
+                .kinds_and_views()
+                .any(|kind| kind.has_name(is_equal))
+            {
+                bail!(
+                    "--only {name}: {}",
+                    UnknownName::new(name, description.kind_names())
+                );
             }
         }
         self.only = names.to_vec();
@@ -110,26 +116,27 @@ impl FrameWriter {
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.shown().filter(|kind| kind.has_name(&is_wanted));
+        let wanted = || {
+            description
+                .kinds_and_views()
+                .filter(|kind| kind.has_name(&is_wanted))
+        };
         self.columns.retain(|column| {
-            let is_it = |field: &Field| field.name == *name_of(column);
-            column.name == KIND || wanted().any(|kind| kind.varying_fields().any(is_it))
+            let has_name = |field: &Field| field.name == *field_name(column);
+            column.name == KIND || wanted().any(|kind| kind.varying_fields().any(has_name))
         });
-        let kinds = description.shown();
-        let written = kinds.map(|kind| Written::new(kind, &self.columns, is_wanted(&kind.name)));
-        self.written = written.collect();
+        let kinds = description.kinds_and_views();
+        let rows = kinds.map(|kind| KindRow::new(kind, &self.columns, is_wanted(&kind.name)));
+        self.kind_rows = rows.collect();
     }
 
     /// Returns whether a frame's kind is written.
     pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
-        self.kind(frame).is_some_and(
-            |Written {
-                 kind, is_wanted, ..
-             }| {
-                let is_it = |name: &String| name.eq_ignore_ascii_case(kind.name_of(frame));
-                *is_wanted || self.only.iter().any(is_it)
-            },
-        )
+        let KindRow {
+            kind, is_wanted, ..
+        } = self.kind_row(frame);
+        let is_named = |name: &String| name.eq_ignore_ascii_case(kind.name_of(frame));
+        *is_wanted || self.only.iter().any(is_named)
     }
 
     /// Appends the header of comma-separated values.
@@ -151,10 +158,10 @@ impl FrameWriter {
 
     /// Returns how to write this frame.
     #[inline]
-    fn kind(&self, frame: &[u8]) -> Option<&Written> {
-        match &*self.written {
-            [written] => Some(written),
-            written => written.get(self.protocol.description.shown_number(frame)),
+    fn kind_row(&self, frame: &[u8]) -> &KindRow {
+        match &*self.kind_rows {
+            [only] => only,
+            rows => &rows[self.protocol.description.view_number(frame)],
         }
     }
 
@@ -169,18 +176,15 @@ impl FrameWriter {
             row.push(b',');
             append_number(row, frame.len());
         }
-        let Some(written) = self.kind(frame) else {
-            return;
-        };
-        let kind = &written.kind;
+        let row_parts = self.kind_row(frame);
+        let kind = &row_parts.kind;
         if self.has_kinds {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         let contents = kind.contents(frame);
-        for &(number, columns) in &written.cells {
-            let field = number.and_then(|number| kind.fields.get(number));
-            match field.and_then(|field| contents.of(field)) {
+        for &(number, columns) in &row_parts.cells {
+            match number.and_then(|number| contents.of(&kind.fields[number])) {
                 Some(content) if columns == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
@@ -210,19 +214,15 @@ impl FrameWriter {
             row.extend(b",\"length\":");
             append_number(row, frame.len());
         }
-        let Some(written) = self.kind(frame) else {
-            return;
-        };
-        let kind = &written.kind;
+        let row_parts = self.kind_row(frame);
+        let kind = &row_parts.kind;
         let contents = kind.contents(frame);
         if self.has_kinds {
             row.extend(b",\"kind\":");
             Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
         }
-        for (number, key) in &written.fields {
-            let Some(field) = kind.fields.get(*number) else {
-                continue;
-            };
+        for (number, key) in &row_parts.fields {
+            let field = &kind.fields[*number];
             let Some(content) = contents.of(field) else {
                 continue;
             };
@@ -276,9 +276,7 @@ impl FrameWriter {
     /// Appends a frame's kind and its fields: the name, the values and the unit. `between` precedes each field. Numbers
     /// are padded to three characters, so that they form columns.
     fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
-        let Some(Written { kind, .. }) = self.kind(frame) else {
-            return;
-        };
+        let KindRow { kind, .. } = self.kind_row(frame);
         if self.has_kinds {
             for part in [
                 between,
@@ -289,7 +287,7 @@ impl FrameWriter {
                 row.extend(part);
             }
         }
-        for (field, content) in kind.shown(frame) {
+        for (field, content) in kind.values(frame) {
             row.extend(between);
             row.extend(field.name.as_bytes());
             for value in content.values() {
@@ -323,12 +321,8 @@ fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<
     let from = row.len();
     append(row);
     let missing = (from + width).saturating_sub(row.len());
-    if missing > 0 {
-        row.extend(std::iter::repeat_n(b' ', missing));
-        if let Some(cell) = row.get_mut(from..) {
-            cell.rotate_right(missing);
-        }
-    }
+    row.extend(std::iter::repeat_n(b' ', missing));
+    row[from..].rotate_right(missing);
 }
 
 /// Appends a cell of comma-separated values, in quotation marks if necessary.
@@ -345,19 +339,13 @@ fn append_cell(row: &mut Vec<u8>, value: &Value) {
 fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
     let from = row.len();
     value.append_to(row);
-    let is_special = |byte: &u8| matches!(byte, b',' | b'"');
-    if row
-        .get(from..)
-        .is_some_and(|text| text.iter().any(is_special))
-    {
+    if row[from..].iter().any(|byte| matches!(byte, b',' | b'"')) {
         let text = row.split_off(from);
-        row.push(b'"');
-        for byte in text {
-            if byte == b'"' {
-                row.push(b'"');
-            }
-            row.push(byte);
-        }
+        let quoted = from + 1..from + 1 + 2 * text.len();
+        row.resize(quoted.end, 0);
+        let (_, _, length) = csv_core::quote(&text, &mut row[quoted.clone()], b'"', b'"', true);
+        row[from] = b'"';
+        row.truncate(quoted.start + length);
         row.push(b'"');
     }
 }

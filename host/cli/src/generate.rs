@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use framelock_generate::{CrcTable, c, rust};
 use framelock_receiving::Protocol;
 
-use crate::frame_option::ProtocolParser;
+use crate::options::ProtocolParser;
 use crate::output::Output;
 
 /// Generate source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -44,9 +44,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         output,
     } = arguments;
     let path = Path::new(&frame.name);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let language_name = language.to_possible_value();
-    let language_name = language_name.as_ref().map_or("", |value| value.get_name());
+    let name = path
+        .file_stem()
+        .expect("a name or a file")
+        .to_string_lossy();
+    let value = language.to_possible_value().expect("no language is hidden");
+    let language_name = value.get_name();
     let (table, option) = if *byte_table {
         (CrcTable::Bytes, " --byte-table")
     } else {

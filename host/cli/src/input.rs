@@ -1,17 +1,19 @@
 //! Inputs: a file, standard input or a serial port.
 
+use std::collections::VecDeque;
 use std::fs::{File, Metadata};
-use std::io::{self, BufReader, ErrorKind, IsTerminal, Read, Seek};
+use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
+use framelock_description::hex;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output::note;
+use crate::process;
 use crate::serial::{self, Device, Port, PortOptions};
-use crate::{hex, process};
 
 /// The number of bytes that are read or written at a time. It is large enough that system calls cost
 /// little.
@@ -174,8 +176,8 @@ impl Read for Input<'_> {
                     ErrorKind::WouldBlock => std::thread::sleep(Duration::from_millis(1)),
                     kind => {
                         let (name, offset) = (&self.name, self.progress.position());
-                        let told = format!("cannot read {name} after byte {offset}: {error}");
-                        return Err(io::Error::new(kind, told));
+                        let message = format!("cannot read {name} after byte {offset}: {error}");
+                        return Err(io::Error::new(kind, message));
                     }
                 },
             }
@@ -193,7 +195,7 @@ pub(crate) fn for_each_arrival(
         let outcome = input.read(&mut chunk);
         match outcome {
             Ok(0) => return Ok(()),
-            Ok(count) => take(Arrival::Bytes(chunk.get(..count).unwrap_or_default()))?,
+            Ok(count) => take(Arrival::Bytes(&chunk[..count]))?,
             Err(error) if input.reconnects && serial::is_gone(&error) => {
                 take(Arrival::Gone(error))?;
                 if let Some(device) = input.reopen() {
@@ -209,7 +211,7 @@ pub(crate) fn for_each_arrival(
 fn spelled<'a>(text: impl Read + Send + 'a, spelling: Spelling) -> Box<dyn Read + Send + 'a> {
     match spelling {
         Spelling::Bytes => Box::new(text),
-        Spelling::Hex => Box::new(hex::Reader::new(BufReader::new(text))),
+        Spelling::Hex => Box::new(HexReader::new(BufReader::new(text))),
     }
 }
 
@@ -228,6 +230,45 @@ fn open_file(path: &Path) -> Result<File> {
 fn remaining(mut file: &File) -> Option<u64> {
     let metadata = file.metadata().ok().filter(Metadata::is_file)?;
     Some(metadata.len().saturating_sub(file.stream_position().ok()?))
+}
+
+/// Reads the bytes of a hex text, line by line.
+struct HexReader<R> {
+    text: R,
+    /// The part of the current line that has arrived.
+    line: Vec<u8>,
+    number: u64,
+    bytes: VecDeque<u8>,
+}
+
+impl<R: BufRead> HexReader<R> {
+    fn new(text: R) -> Self {
+        Self {
+            text,
+            line: Vec::new(),
+            number: 1,
+            bytes: VecDeque::new(),
+        }
+    }
+}
+
+impl<R: BufRead> Read for HexReader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.bytes.is_empty() {
+            if self.text.read_until(b'\n', &mut self.line)? == 0 && self.line.is_empty() {
+                break;
+            }
+            let number = self.number;
+            let bytes = hex::parse(&[&*String::from_utf8_lossy(&self.line)]).map_err(|why| {
+                let message = format!("line {number}: {why}; expected bytes such as 41 42 00 7F");
+                io::Error::new(ErrorKind::InvalidData, message)
+            })?;
+            self.bytes = bytes.into();
+            self.number += 1;
+            self.line.clear();
+        }
+        self.bytes.read(buffer)
+    }
 }
 
 #[cfg(test)]
@@ -281,5 +322,17 @@ mod tests {
         let (chunks, outcome) = read(script(), 1);
         assert_eq!(chunks, [b"A"]);
         assert_eq!(outcome.unwrap_err().to_string(), "had enough");
+    }
+
+    #[test]
+    fn a_text_is_read_line_by_line() {
+        let text = b"41 42\r\n\n0x00, 0x7F\nC8:4A 0d\n4Z\n";
+        let mut reader = HexReader::new(&text[..]);
+        let mut bytes = Vec::new();
+        let error = reader.read_to_end(&mut bytes).unwrap_err().to_string();
+        assert_eq!(bytes, [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D]);
+        let expected =
+            "line 5: word 1, '4Z', has 'Z', which is no hex digit; expected bytes such as";
+        assert!(error.starts_with(expected), "{error}");
     }
 }

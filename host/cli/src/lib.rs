@@ -1,20 +1,21 @@
 //! The framelock command line, as a library so that tests can drive it without a process.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "an index out of range is a bug of this program"
+)]
 
 use std::io::Write;
 use std::process::ExitCode;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::builder::{Resettable, StyledStr};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use framelock_description::SHIPPED;
 
 mod decode;
 mod demo;
 mod encode;
-mod frame_option;
 mod frame_writer;
 mod generate;
-mod hex;
 mod input;
 mod line_errors;
 mod monitor;
@@ -27,7 +28,6 @@ pub mod screen;
 mod send;
 mod serial;
 mod simulate;
-pub mod text_outputs;
 mod trace;
 mod view_parts;
 
@@ -62,8 +62,6 @@ enum Command {
     /// Print a script that completes commands in a shell
     #[command(after_help = include_str!("help/completions.txt"))]
     Completions { shell: clap_complete::Shell },
-    /// Print the manual page of framelock or of one command
-    Man { command: Option<String> },
 }
 
 /// Runs the command that this process's arguments name, and returns the exit code.
@@ -88,7 +86,6 @@ pub fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Ports => ports::run(),
         Command::Completions { shell } => write_completions(shell),
-        Command::Man { command } => write_manual(command.as_deref()),
     };
     ExitCode::from(output::exit_code(outcome))
 }
@@ -96,36 +93,7 @@ pub fn run() -> ExitCode {
 fn write_completions(shell: clap_complete::Shell) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
-    let mut script = String::from_utf8(script)?;
-    // `--frame` takes a name or a file, but clap's scripts complete only the names. Bash adds files by itself. For zsh
-    // and fish, add files here.
-    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-    if let (names, Some(last)) = (names.join(" "), names.last()) {
-        let of_zsh = format!("{{compadd {names}; _files -g \"*.toml\"}}");
-        let of_fish = format!("{last}\\t''\n(__fish_complete_suffix .toml)\"");
-        script = script
-            .replace(&format!("({names})"), &of_zsh)
-            .replace(&format!("{last}\\t''\""), &of_fish);
-    }
-    Ok(output::Output::standard()?.write_all(script.as_bytes())?)
-}
-
-fn write_manual(name: Option<&str>) -> Result<()> {
-    let mut command = CommandLine::command();
-    command.build();
-    if let Some(name) = name {
-        let found = command.find_subcommand(name).cloned();
-        command = found
-            .ok_or_else(|| anyhow!("there is no command {name}; `framelock --help` lists them"))?;
-    }
-    let mut page = Vec::new();
-    let source = concat!("framelock ", env!("CARGO_PKG_VERSION"));
-    clap_mangen::Man::new(command)
-        .source(source)
-        .render(&mut page)?;
-    // In a manual page, `.nf` keeps the line breaks and blanks of aligned text.
-    let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXAMPLES\n.nf\n");
-    Ok(output::Output::standard()?.write_all(page.as_bytes())?)
+    Ok(output::Output::standard()?.write_all(&script)?)
 }
 
 #[cfg(test)]

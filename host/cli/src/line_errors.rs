@@ -126,7 +126,7 @@ mod tests {
                 let mut marks = Marks::new(has_parity);
                 let mut received = Vec::new();
                 for piece in given.chunks(length) {
-                    marks.feed(piece, |it| received.push(it));
+                    marks.feed(piece, |outcome| received.push(outcome));
                 }
                 assert_eq!(received, expected, "{length}");
             }

@@ -1,13 +1,14 @@
 //! Shows a live view of a line: the receiver's state, values, rates, counters and discarded bytes.
 
-mod live;
 mod session;
 mod view;
 mod watch;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::sync::mpsc::{self, TryRecvError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, bail};
 use framelock::motion::FailsafeParameters;
@@ -15,14 +16,13 @@ use framelock_description::text::harmless;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_simulation::LEVEL;
 
-use crate::frame_option::ProtocolParser;
 use crate::frame_writer::FrameWriter;
-use crate::input::Input;
-use crate::options::whole;
+use crate::input::{Arrival, Input, for_each_arrival};
+use crate::options::{ProtocolParser, whole};
 use crate::output::Output;
-use crate::screen;
-use crate::serial::PortOptions;
-use session::{MonitorSession, Recording};
+use crate::screen::{self, DRAW_EVERY, Screen, key_within};
+use crate::serial::{Device, PortOptions};
+use session::MonitorSession;
 use watch::Watch;
 
 /// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
@@ -45,10 +45,6 @@ pub(crate) struct Arguments {
     /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
-    /// Record from the start in FILE, which must not exist: the bytes, or the frames with their times
-    /// if FILE ends in .csv
-    #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
     /// After a pause of this length, drop the incomplete frame. Off by default, because USB adapters send
     /// in bursts, so a frame may contain pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
@@ -72,30 +68,92 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         ..FailsafeParameters::for_clock(watch::TICKS_PER_SECOND, watch::TICK, LEVEL.into())
     };
     let frame = FrameWriter::new(arguments.frame.clone());
-    let watch = Watch::new(frame.clone(), line, failsafe, idle_gap)
-        .context("--hold-after and --ramp-after")?;
+    let watch =
+        Watch::new(frame, line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
-    let recording = arguments.record.clone().map(|path| {
-        let cannot = format!(
-            "cannot record in {}: name a file that does not exist",
-            path.display()
-        );
-        Recording::begin(path, &frame).context(cannot)
-    });
     let title = arguments.title(&input);
-    let mut session = MonitorSession::new(title, watch, recording.transpose()?);
+    let mut session = MonitorSession::new(title, watch);
     if let Some(port) = &input.port {
         session.mark_errors(port.device.clone(), arguments.port.has_parity());
     }
-    let outcome = live::run(&mut session, input);
+    let outcome = watch_live(&mut session, input);
     // Print the counters even if the view ended with an error.
-    let told = session.finish();
-    let told: String = told.iter().map(|line| harmless(line) + "\n").collect();
-    let is_told = Output::standard()?.write_all(told.as_bytes());
+    let lines = session.finish();
+    let report: String = lines.iter().map(|line| harmless(line) + "\n").collect();
+    let written = Output::standard()?.write_all(report.as_bytes());
     outcome?;
-    Ok(is_told?)
+    Ok(written?)
+}
+
+/// The number of messages that may wait in the channel. It is large enough for a serial line. A program that writes
+/// into a pipe faster than the view reads has to wait.
+const MOST_WAITING: usize = 64;
+
+/// The longest time for which messages are handled before keys are checked again.
+const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
+
+/// A message from the thread that reads the input.
+enum News {
+    Bytes(Vec<u8>),
+    Gone(String),
+    Back(Device),
+    Failed(Error),
+}
+
+/// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after
+/// an error or a panic.
+fn watch_live(session: &mut MonitorSession, input: Input<'static>) -> Result<()> {
+    let mut screen = Screen::take()?;
+    let beginning = Instant::now();
+    let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
+    // If the reading thread still waits for input at the end, it ends with the process.
+    thread::spawn(move || {
+        // Sending fails after the view is gone. This is not an error.
+        let send = |news| drop(sender.send((Instant::now(), news)));
+        let outcome = for_each_arrival(input, |arrival| {
+            send(match arrival {
+                Arrival::Bytes(bytes) => News::Bytes(bytes.to_vec()),
+                Arrival::Gone(error) => News::Gone(error.to_string()),
+                Arrival::Back(device) => News::Back(device),
+            });
+            Ok(())
+        });
+        if let Err(failure) = outcome {
+            send(News::Failed(failure));
+        }
+    });
+    while !screen.is_ended() {
+        let now = Instant::now();
+        while now.elapsed() < LONGEST_CATCHING_UP {
+            match arrivals.try_recv() {
+                Ok((instant, news)) => {
+                    let at = instant.saturating_duration_since(beginning);
+                    match news {
+                        News::Bytes(bytes) => session.receive(at, &bytes),
+                        News::Gone(why) => session.lose_port(at, &why),
+                        News::Back(device) => session.regain_port(device),
+                        News::Failed(failure) => return Err(failure),
+                    }
+                }
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    session.has_ended = true;
+                    break;
+                }
+            }
+        }
+        // Later arrivals are handled after the next drawing.
+        session.advance_to(now.saturating_duration_since(beginning));
+        screen.draw(|frame| view::draw(frame, session))?;
+        if let Some(key) = key_within(DRAW_EVERY)?
+            && !session.key(key)
+        {
+            break;
+        }
+    }
+    Ok(())
 }
 
 impl Arguments {

@@ -1,43 +1,49 @@
-//! Parses the values of options: numbers, probabilities and setpoints.
+//! Parses the values of options: numbers, probabilities, setpoints and frames.
 
+use std::ffi::OsStr;
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use framelock::motion::Setpoint;
-use framelock_description::text::quoted;
+use framelock_description::SHIPPED;
+use framelock_description::text::{harmless, quoted};
+use framelock_receiving::Protocol;
 
 /// Parses a probability, from 0 to 1.
-pub(crate) fn probability(text: &str) -> Result<f64, String> {
+pub(crate) fn probability(text: &str) -> Result<f64> {
     number(text, 0.0, 1.0)
 }
 
 /// Parses a number from `least` to `most`.
-pub(crate) fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
+pub(crate) fn number(text: &str, least: f64, most: f64) -> Result<f64> {
     match text.parse() {
         Ok(number) if (least..=most).contains(&number) => Ok(number),
-        _ => Err(format!("expected a number from {least} to {most}")),
+        _ => bail!("expected a number from {least} to {most}"),
     }
 }
 
 /// Parses a whole number from `least` to `most`.
-pub(crate) fn whole<T: TryFrom<u64>>(text: &str, least: u64, most: u64) -> Result<T, String> {
+pub(crate) fn whole<T: TryFrom<u64>>(text: &str, least: u64, most: u64) -> Result<T> {
     let number = text.parse().ok();
     number
         .filter(|number| (least..=most).contains(number))
         .and_then(|number| T::try_from(number).ok())
-        .ok_or_else(|| format!("expected a whole number from {least} to {most}"))
+        .with_context(|| format!("expected a whole number from {least} to {most}"))
 }
 
 /// Parses `pitch,roll,yaw`, each a whole number from 0 to 255.
-pub(crate) fn setpoint(text: &str) -> Result<Setpoint, String> {
+pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
     let fields: Vec<&str> = text.split(',').map(str::trim).collect();
     let [pitch, roll, yaw] = *fields else {
-        return Err(format!(
+        bail!(
             "\"{}\" is not three numbers such as 127,200,74",
             quoted(text)
-        ));
+        );
     };
     let demand = |axis: &str, field: &str| {
         let demand = field.parse();
         demand.map_err(|_| {
-            format!(
+            anyhow!(
                 "{axis} \"{}\" is not a whole number from 0 to 255",
                 quoted(field)
             )
@@ -48,4 +54,28 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint, String> {
         roll: demand("roll", roll)?,
         yaw: demand("yaw", yaw)?,
     })
+}
+
+/// Returns the shipped description with this name, or reads the description in the file with this name.
+#[derive(Clone)]
+pub(crate) struct ProtocolParser;
+
+impl TypedValueParser for ProtocolParser {
+    type Value = Protocol;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        name: &OsStr,
+    ) -> Result<Protocol, clap::Error> {
+        let named = |name: String| Protocol::named(&name).map_err(|why| harmless(&why.to_string()));
+        let parser = StringValueParser::new().try_map(named);
+        parser.parse_ref(command, argument, name)
+    }
+
+    /// Returns the names that completions offer.
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
+    }
 }

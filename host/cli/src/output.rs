@@ -63,6 +63,15 @@ impl Output {
         Ok(Self::file(&name, file))
     }
 
+    /// Creates the file `path`, and never replaces a file.
+    pub(crate) fn create_new(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let file = File::create_new(path).map_err(|error| {
+            anyhow!("cannot record in {name}: {error}; name a file that does not exist")
+        })?;
+        Ok(Self::file(&name, file))
+    }
+
     /// Checks that the file to be written is not the input.
     pub(crate) fn check_is_not(path: &Path, input: &Path) -> Result<()> {
         if path.exists() && fs::canonicalize(path).ok() == fs::canonicalize(input).ok() {
@@ -136,8 +145,8 @@ fn failure(error: io::Error, name: &str) -> io::Error {
         ErrorKind::StorageFull => "; free some space there, or write to another disk",
         _ => "",
     };
-    let told = format!("cannot write to {name}: {error}{remedy}");
-    io::Error::new(error.kind(), told)
+    let message = format!("cannot write to {name}: {error}{remedy}");
+    io::Error::new(error.kind(), message)
 }
 
 /// Writes a message to standard error. Ignores errors, because standard error may be closed.

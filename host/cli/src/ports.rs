@@ -42,11 +42,12 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::UsbPort(usb) => {
             let names = [&usb.manufacturer, &usb.product].into_iter().flatten();
             let names: Vec<&str> = names.map(String::as_str).collect();
-            let number = usb.serial_number.as_ref();
-            let number = number.map(|number| format!(", serial number {number}"));
-            let (vendor, product) = (usb.vid, usb.pid);
-            let (names, number) = (names.join(" "), number.unwrap_or_default());
-            format!("USB {vendor:04x}:{product:04x}  {names}{number}")
+            let serial_number = match &usb.serial_number {
+                Some(number) => format!(", serial number {number}"),
+                None => String::new(),
+            };
+            let (vendor, product, names) = (usb.vid, usb.pid, names.join(" "));
+            format!("USB {vendor:04x}:{product:04x}  {names}{serial_number}")
         }
         SerialPortType::BluetoothPort => "Bluetooth".into(),
         SerialPortType::PciPort => "PCI".into(),

@@ -13,16 +13,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
-use framelock_simulation::{
-    Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
-};
+use framelock_simulation::{Axis, Motion, Shape, check_rate, time_on_line};
 
-use crate::frame_option::ProtocolParser;
 use crate::input::Input;
-use crate::options::{number, probability, setpoint, whole};
+use crate::options::{ProtocolParser, number, setpoint, whole};
 use crate::output::{Output, note};
 use crate::process::on_interrupt;
 use crate::serial::{self, LastingPort, PortOptions};
@@ -82,9 +79,6 @@ pub(crate) struct Arguments {
 
     #[command(flatten)]
     end: End,
-
-    #[command(flatten)]
-    faults: FaultArguments,
 }
 
 /// The options of the built-in motions.
@@ -130,33 +124,10 @@ struct End {
     no_park: bool,
 }
 
-/// The probabilities of deliberate faults.
-#[derive(clap::Args)]
-#[command(
-    next_help_heading = "Deliberate faults, with probability P (0 to 1) for each byte before parking"
-)]
-struct FaultArguments {
-    /// Drop the byte
-    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
-    drop: f64,
-    /// Invert one bit of the byte
-    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
-    flip: f64,
-    /// Send the byte twice
-    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
-    duplicate: f64,
-    /// Send a random byte before the byte
-    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
-    insert: f64,
-    /// Seed the faults; the same seed repeats them
-    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
-    seed: u64,
-}
-
 /// Parses the address at which datagrams arrive.
-fn address(text: &str) -> Result<SocketAddr, String> {
+fn address(text: &str) -> Result<SocketAddr> {
     text.parse()
-        .map_err(|_| "expected an address and a port, for example 127.0.0.1:4123".into())
+        .context("expected an address and a port, for example 127.0.0.1:4123")
 }
 
 /// The default of `--rate`, in frames per second.
@@ -180,12 +151,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let _ = stop.send(());
     })?;
     let clock = RealClock::new(stopped);
-    let faults = arguments.faults.byte_faults();
-    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame, faults);
+    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame);
     let length = arguments.seconds.map(Duration::from_secs_f64);
     let outcome = transmission.run(source, length, parking);
     let heard = datagrams.map(|datagrams| datagrams.heard());
-    for line in report(&transmission, &name, arguments.faults.seed, heard.as_ref()) {
+    for line in report(&transmission, &name, heard.as_ref()) {
         note(&line);
     }
     outcome?;
@@ -195,11 +165,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// Returns the lines of the final report: the frames sent, their lateness, faults and datagrams.
+/// Returns the lines of the final report: the frames sent, their lateness, and datagrams.
 fn report(
     transmission: &Transmission<RealClock, Output>,
     line: &str,
-    seed: u64,
     heard: Option<&Heard>,
 ) -> Vec<String> {
     let pacer = &transmission.pacer;
@@ -221,13 +190,6 @@ fn report(
             "held up {} times, {:.2} s in all; later frames were moved back by that time",
             pacer.hold_ups,
             seconds(pacer.held_up)
-        ));
-    }
-    if let Some(faults) = transmission.faults.as_ref().map(ByteFaults::counts) {
-        report.push(format!(
-            "faults (seed {seed}): of {} bytes, {} dropped, {} with a bit inverted, {} sent twice; \
-             {} inserted",
-            faults.bytes, faults.dropped, faults.flipped, faults.duplicated, faults.inserted
         ));
     }
     if let Some(heard) = heard {
@@ -253,15 +215,12 @@ impl Arguments {
     /// Checks that the line is fast enough for the frames.
     fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
-        let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
         if self.frame.has_setpoints() {
             // Parking always uses `rate`, even if the profile has times of its own.
             check_rate(rate.0.get().into(), self.frame.longest(), baud, 1.0)?;
         }
         let time_of = |bytes| time_on_line(bytes, baud);
-        profile.map_or(Ok(()), |profile| {
-            profile.check_line_carries(rate, is_held, time_of)
-        })
+        profile.map_or(Ok(()), |profile| profile.check_line_carries(rate, time_of))
     }
 
     /// Reads the file of `--profile`, if the option was given.
@@ -290,10 +249,10 @@ impl Arguments {
     fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
         if let Some(profile) = profile {
-            if !profile.has_times() || self.rate.is_some() {
-                return Ok((profile.held(rate), None));
+            if profile.has_times() && self.rate.is_some() {
+                bail!("--rate: the profile has times of its own: leave --rate or the times out");
             }
-            return Ok((profile.in_turn(rate), None));
+            return Ok((profile.source(rate), None));
         }
         let frame = self.frame.clone();
         if let Some(address) = self.udp {
@@ -367,19 +326,5 @@ impl ShapeArguments {
             frequencies: [self.from, self.to],
             axes: self.axes.clone(),
         }
-    }
-}
-
-impl FaultArguments {
-    /// Returns the faults, or `None` if every probability is 0.
-    fn byte_faults(&self) -> Option<ByteFaults> {
-        let rates = FaultRates {
-            drop: self.drop,
-            flip: self.flip,
-            duplicate: self.duplicate,
-            insert: self.insert,
-        };
-        let (seed, trial) = (self.seed, 0);
-        (rates != FaultRates::default()).then(|| ByteFaults::new(rates, Seed { seed, trial }))
     }
 }

@@ -53,9 +53,9 @@ fn parity() -> impl TypedValueParser<Value = Parity> {
     })
 }
 
-fn baud(text: &str) -> Result<u32, String> {
+fn baud(text: &str) -> Result<u32> {
     whole(text, 1, u32::MAX.into())
-        .map_err(|_| "expected a rate in bits per second, for example 115200".into())
+        .map_err(|_| anyhow!("expected a rate in bits per second, for example 115200"))
 }
 
 impl PortOptions {
@@ -266,14 +266,14 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
         .timeout(TIMEOUT)
         // Debug probes connect their UART only while DTR is set. Linux sets DTR by itself, but Windows does not.
         .dtr_on_open(true)
-        .open();
-    let port = port.map_err(|error| {
-        anyhow!(
-            "cannot open the serial port {name} at {options}: {error}; \
-             check that it is connected (`framelock ports` lists the ports that are), that no other program uses it, \
-             and that it supports this rate"
-        )
-    })?;
+        .open()
+        .map_err(|error| {
+            anyhow!(
+                "cannot open the serial port {name} at {options}: {error}; \
+                 check that it is connected (`framelock ports` lists the ports that are), that no other program uses it, \
+                 and that it supports this rate"
+            )
+        })?;
     Ok(Some(Port { port, device }))
 }
 

@@ -3,11 +3,9 @@
 use std::io::{self, BufWriter, Write};
 
 use anyhow::Result;
-use clap::ValueEnum as _;
-use clap::builder::PossibleValue;
-use framelock_simulation::{FrameFormat, Parameters, Payload, ReceiverTally, Tally, run_all};
+use framelock_simulation::{Parameters, Payload, Protocol, ReceiverTally, Tally, run_all};
 
-use crate::options::{number, probability, whole};
+use crate::options::{ProtocolParser, number, probability, whole};
 use crate::output::Output;
 
 const DEFAULT: Parameters = Parameters::DEFAULT;
@@ -31,12 +29,11 @@ pub(crate) struct Arguments {
     frames: u32,
 
     /// Send these frames: bin or bin-crc8
-    #[arg(long, value_enum, default_value_t = DEFAULT.frame, hide_possible_values = true)]
-    frame: FrameFormat,
+    #[arg(long, value_name = "NAME", default_value = "bin", value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
 
-    /// Send this payload: motion, random (different bytes in each frame), repeated (the same bytes in
-    /// each frame), random:40-43 or repeated:40-43 (only these byte values), 00414200 (this payload),
-    /// ambiguous (N2 of docs/protocol.md) or noise (no frames)
+    /// Send this payload: motion, random (different bytes in each frame), random:40-43 (only these byte
+    /// values), 00414200 (this payload), ambiguous (N2 of docs/protocol.md) or noise (no frames)
     #[arg(long, default_value_t = DEFAULT.payload, value_name = "WHAT")]
     payload: Payload,
 
@@ -79,7 +76,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.seed,
         trials: arguments.trials,
         frames: arguments.frames,
-        frame: arguments.frame,
         payload: arguments.payload,
         baud: arguments.baud,
         rate: arguments.rate,
@@ -91,9 +87,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         idle_gap: arguments.idle_gap,
         ..DEFAULT
     };
-    let tally = run_all(&parameters)?;
+    let tally = run_all(&arguments.frame, &parameters)?;
     let mut out = BufWriter::new(Output::standard()?);
-    write(&parameters, &tally, &mut out)?;
+    write(&arguments.frame, &parameters, &tally, &mut out)?;
     Ok(out.flush()?)
 }
 
@@ -113,20 +109,22 @@ const ROWS: [(&str, Count); 7] = [
 ];
 
 /// Writes the parameters and the tables.
-fn write(parameters: &Parameters, tally: &Tally, out: &mut impl Write) -> io::Result<()> {
+fn write(
+    frame: &Protocol,
+    parameters: &Parameters,
+    tally: &Tally,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let Parameters {
         seed,
         trials,
         frames,
-        frame,
         payload,
         baud,
         rate,
         ..
     } = parameters;
     let line = &tally.line;
-    let frame = frame.to_possible_value();
-    let frame = frame.as_ref().map_or("", PossibleValue::get_name);
     writeln!(
         out,
         "seed {seed}, {trials} trials of {frames} frames ({frame}, {payload})\n\

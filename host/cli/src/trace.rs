@@ -8,13 +8,13 @@ use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
-use framelock_receiving::{FrameFormat, Policy, Protocol};
+use framelock_receiving::{Policy, Protocol};
 
-use crate::frame_option::ProtocolParser;
 use crate::input::{Input, Spelling, for_each_arrival};
+use crate::options::ProtocolParser;
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
-use traced::{Step, Traced};
+use traced::{Step, Traced, is_bin};
 
 /// Show what a receiver does with each byte: the lecture's table, one row per byte
 #[derive(clap::Args)]
@@ -36,20 +36,8 @@ pub(crate) struct Arguments {
     /// Read a file, port or pipe as bytes or hex: text such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
-    /// Write text (a table for people) or jsonl (one object per byte and receiver)
-    #[arg(long, value_enum, default_value_t = TraceFormat::Text, hide_possible_values = true)]
-    format: TraceFormat,
     #[command(flatten)]
     port: PortOptions,
-}
-
-/// The format of the output.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-enum TraceFormat {
-    /// A table for people
-    Text,
-    /// One JSON object per line
-    Jsonl,
 }
 
 /// The receivers whose steps are shown.
@@ -66,89 +54,56 @@ enum Machines {
 impl Machines {
     /// Returns the policies of the receivers. The lecture's machine receives only BIN, so for all other
     /// frames `Both` means framelock alone.
-    const fn policies(self, protocol: &Protocol) -> &'static [Policy] {
-        match (self, protocol.setpoints) {
-            (Self::Lecture, _) => &[Policy::Lecture],
-            (Self::Both, Some(FrameFormat::Bin)) => &[Policy::Lecture, Policy::Framelock],
-            (Self::Both | Self::Framelock, _) => &[Policy::Framelock],
+    fn policies(self, protocol: &Protocol) -> &'static [Policy] {
+        match self {
+            Self::Lecture => &[Policy::Lecture],
+            Self::Both if is_bin(protocol) => &[Policy::Lecture, Policy::Framelock],
+            Self::Both | Self::Framelock => &[Policy::Framelock],
         }
     }
 
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
-    fn print(
-        self,
-        protocol: &Protocol,
-        format: TraceFormat,
-        input: Input,
-        out: &mut impl Write,
-    ) -> Result<()> {
-        let policies = self.policies(protocol).iter();
-        let machines = policies.map(|&policy| Traced::new(protocol, policy));
-        let mut machines = machines.collect::<Result<Vec<_>>>()?;
-        if let (TraceFormat::Text, Some(first)) = (format, machines.first()) {
-            writeln!(out, "offset  byte{}  what happened", first.columns())?;
-            out.flush()?;
+    fn print(self, protocol: &Protocol, input: Input, out: &mut impl Write) -> Result<()> {
+        let mut machines = Vec::new();
+        for &policy in self.policies(protocol) {
+            machines.push(Traced::new(protocol, policy)?);
         }
+        writeln!(out, "offset  byte{}  what happened", machines[0].columns())?;
+        out.flush()?;
         for_each_arrival(input, |arrival| {
-            let mut rows = Vec::new();
             for &byte in arrival.bytes() {
-                let steps = machines.iter_mut().map(|machine| machine.push(byte));
-                let steps: Vec<Step> = steps.collect();
-                let steps: Vec<(&Traced, Step)> = machines.iter().zip(steps).collect();
-                match format {
-                    TraceFormat::Text => write_rows(out, &steps, Traced::row)?,
-                    TraceFormat::Jsonl => {
-                        rows.clear();
-                        for (machine, step) in &steps {
-                            machine.json(step, &mut rows)?;
-                        }
-                        out.write_all(&rows)?;
-                    }
-                }
+                let steps: Vec<Step> = machines
+                    .iter_mut()
+                    .map(|machine| machine.push(byte))
+                    .collect();
+                write_rows(out, &machines, |number, name| {
+                    machines[number].row(&steps[number], name)
+                })?;
             }
             Ok(out.flush()?)
         })?;
-        if format == TraceFormat::Text {
-            writeln!(out)?;
-            let machines: Vec<(&Traced, ())> = machines.iter().map(|one| (one, ())).collect();
-            write_rows(out, &machines, |machine, (), policy| {
-                machine.balance(policy)
-            })?;
-        }
+        writeln!(out)?;
+        write_rows(out, &machines, |number, name| {
+            machines[number].balance(name)
+        })?;
         Ok(out.flush()?)
     }
 }
 
-/// Writes a row for each receiver, or one row for both if the rows are equal.
-fn write_rows<T>(
+/// Writes a row for each receiver, or one row for both if the rows are equal. `row` makes the row of a receiver, which
+/// begins with a name.
+fn write_rows(
     out: &mut impl Write,
-    machines: &[(&Traced, T)],
-    row: impl Fn(&Traced, &T, &str) -> String,
+    machines: &[Traced],
+    row: impl Fn(usize, &str) -> String,
 ) -> io::Result<()> {
-    let rows = |name: Option<&str>| {
-        let rows = machines.iter().map(|(machine, shown)| {
-            let policy = machine.policy.to_string();
-            row(machine, shown, name.unwrap_or(&policy))
-        });
-        rows.collect::<Vec<_>>()
-    };
-    match &*rows(Some("both")) {
-        [first, second] if first == second => writeln!(out, "{first}"),
-        _ => rows(None).iter().try_for_each(|row| writeln!(out, "{row}")),
+    if machines.len() == 2 && row(0, "both") == row(1, "both") {
+        return writeln!(out, "{}", row(0, "both"));
     }
-}
-
-/// Returns the trace of a stream in each format.
-pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
-    let rows = [TraceFormat::Text, TraceFormat::Jsonl]
-        .into_iter()
-        .map(|format| {
-            let mut out = Vec::new();
-            Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
-            Ok(out)
-        });
-    rows.collect()
+    let numbered = machines.iter().enumerate();
+    let mut rows = numbered.map(|(number, machine)| row(number, &machine.policy.to_string()));
+    rows.try_for_each(|row| writeln!(out, "{row}"))
 }
 
 /// The lecture's two worked examples: a title, the bytes sent and the bytes received.
@@ -167,24 +122,20 @@ const EXAMPLES: [[&str; 3]; 2] = [
 
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut output = Output::standard()?;
-    if arguments.format == TraceFormat::Text {
-        output = output.of_rows();
-    }
-    let mut out = BufWriter::new(output);
-    let (frame, machines, format) = (&arguments.frame, arguments.policy, arguments.format);
+    let mut out = BufWriter::new(Output::standard()?.of_rows());
+    let (frame, machines) = (&arguments.frame, arguments.policy);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
-        machines.print(frame, format, input, &mut out)
+        machines.print(frame, input, &mut out)
     };
     match (hex::parse(&arguments.source), &*arguments.source) {
         (_, []) => {
             if let Some(input) = arguments.piped()? {
                 return print("", input);
             }
-            if arguments.format != TraceFormat::Text || arguments.frame.name != "bin" {
+            if !is_bin(&arguments.frame) {
                 bail!(
-                    "nothing to trace: the built-in examples exist only as a table of bin frames; otherwise \
+                    "nothing to trace: the built-in examples are bin frames; otherwise \
                      give HEX|FILE|PORT|-, for example framelock trace --frame crsf capture.bin"
                 );
             }

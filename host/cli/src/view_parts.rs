@@ -11,6 +11,9 @@ pub(crate) const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub(crate) const VERMILLION: Color = Color::Indexed(166);
 
+/// The lecture's names of the states. BIN's receivers are in state `i` while they wait for byte `i` of a frame.
+pub(crate) const STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];
+
 /// The characters that fill 0 to 8 eighths of a terminal cell.
 const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
@@ -33,28 +36,6 @@ pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
         .collect()
 }
 
-/// The number of free rows in a terminal.
-pub(crate) struct RowsLeft(u16);
-
-impl RowsLeft {
-    /// Creates the count from the terminal's height and the number of rows in use.
-    pub(crate) fn new(height: u16, taken: u16) -> Self {
-        Self(height.saturating_sub(taken))
-    }
-
-    /// Takes `height` rows if that many are free. Otherwise takes none.
-    pub(crate) fn exactly(&mut self, height: u16) -> u16 {
-        let granted = if self.0 < height { 0 } else { height };
-        self.0 -= granted;
-        granted
-    }
-
-    /// Takes all free rows if there are at least `least`, otherwise none.
-    pub(crate) fn all_of(self, least: u16) -> u16 {
-        if self.0 < least { 0 } else { self.0 }
-    }
-}
-
 /// Formats a count, and emphasises it if it is not zero.
 pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
     let span = Span::from(format!("{count:<5}"));
@@ -75,8 +56,21 @@ pub(crate) fn phase_style(phase: Phase) -> Style {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
+    use ratatui::backend::TestBackend;
+    use ratatui::{Frame, Terminal};
+
     use super::*;
+
+    /// Draws a view on a screen of this size. Returns the rows of the screen as text.
+    pub(crate) fn screen(width: u16, height: u16, draw: impl FnOnce(&mut Frame)) -> Vec<String> {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a screen");
+        terminal.draw(draw).expect("writing to memory cannot fail");
+        let cells = terminal.backend().buffer().content();
+        let rows = cells.chunks(usize::from(width).max(1));
+        rows.map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
+            .collect()
+    }
 
     fn text(output: u8, sent: Option<u8>) -> String {
         bar(output, sent, 10).to_string()

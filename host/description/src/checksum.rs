@@ -1,14 +1,10 @@
 //! Checksums by name or by their parameters: the CRCs of the catalogue, and common sums.
 
-use framelock_formats::layout::{Algorithm, Crc, Table};
-use serde::Deserialize;
+use framelock_formats::layout::{Algorithm, ByteOrder, Checksum, Crc, Encoding};
 
-use crate::kept::kept;
-
-/// The name of a checksum in a description.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct Named(pub(crate) Algorithm<'static>);
+use crate::field::NumberType;
+use crate::problem::{Located, Mistake};
+use crate::table::Table;
 
 const SUMS: &[(&str, Algorithm)] = &[
     ("sum", Algorithm::Sum),
@@ -23,11 +19,13 @@ macro_rules! catalogue {
     ($($name:ident)*) => {
         &[$((stringify!($name), {
             let crc = crc_catalog::$name;
-            Crc::new(crc.width as u32, crc.poly as u32)
-                .initial(crc.init as u32)
-                .reflected_in(crc.refin)
-                .reflected_out(crc.refout)
-                .xor_out(crc.xorout as u32)
+            Crc {
+                initial: crc.init as u32,
+                reflected_in: crc.refin,
+                reflected_out: crc.refout,
+                xor_out: crc.xorout as u32,
+                ..Crc::new(crc.width as u32, crc.poly as u32)
+            }
         })),*]
     };
 }
@@ -68,49 +66,77 @@ fn spelled(name: &str) -> String {
 
 /// Returns a name without the characters in which spellings differ.
 fn plain(name: &str) -> String {
-    let kept = name.chars().filter(char::is_ascii_alphanumeric);
-    kept.collect::<String>().to_ascii_lowercase()
+    let letters = name.chars().filter(char::is_ascii_alphanumeric);
+    letters.collect::<String>().to_ascii_lowercase()
 }
 
-impl TryFrom<String> for Named {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let alias = aliases().find(|(alias, _)| plain(alias) == plain(&name));
-        let wanted = plain(alias.map_or(&name, |(_, name)| name));
-        if let Some((_, sum)) = SUMS.iter().find(|(sum, _)| plain(sum) == wanted) {
-            return Ok(Self(*sum));
-        }
-        if let Some((_, crc)) = CATALOGUE.iter().find(|(crc, _)| plain(crc) == wanted) {
-            return Ok(Self(Algorithm::Crc(*crc)));
-        }
-        let sums = SUMS.iter().map(|(name, _)| *name);
-        let mut all: Vec<&str> = sums
-            .chain(CATALOGUE.iter().map(|(name, _)| *name))
-            .chain(aliases().map(|(alias, _)| alias))
-            .collect();
-        all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
-        let nearest = all.iter().take(4).map(|name| spelled(name));
-        Err(format!(
-            "there is no checksum \"{}\"; the nearest names are {}. The names are sum, inverted-sum, \
-             negated-sum, xor, fletcher-8, and those of the CRCs of 8 to 32 bits in the catalogue at \
-             https://reveng.sourceforge.io/crc-catalogue; give any other CRC by width, polynomial, initial, \
-             reflected and xor",
-            crate::text::quoted(&name),
-            nearest.collect::<Vec<_>>().join(", ")
-        ))
+/// Returns the algorithm with this name.
+fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
+    let alias = aliases().find(|(alias, _)| plain(alias) == plain(name));
+    let wanted = plain(alias.map_or(name, |(_, name)| name));
+    if let Some((_, sum)) = SUMS.iter().find(|(sum, _)| plain(sum) == wanted) {
+        return Ok(*sum);
     }
+    if let Some((_, crc)) = CATALOGUE.iter().find(|(crc, _)| plain(crc) == wanted) {
+        return Ok(Algorithm::Crc(*crc));
+    }
+    let sums = SUMS.iter().map(|(name, _)| *name);
+    let crcs = CATALOGUE.iter().map(|(name, _)| *name);
+    let mut all: Vec<&str> = sums
+        .chain(crcs)
+        .chain(aliases().map(|(alias, _)| alias))
+        .collect();
+    all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
+    Err(Mistake::UnknownChecksum {
+        name: name.to_owned(),
+        nearest: all.iter().take(4).map(|name| spelled(name)).collect(),
+    })
 }
 
-/// Adds a table of 16 KiB to a CRC, and changes no other algorithm. The table's memory is never freed.
-pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
-    match algorithm {
-        Algorithm::Crc(crc) => {
-            let tables = kept(crc.table_of_sixteens());
-            Algorithm::Crc(crc.table(Table::Sixteens(tables)))
-        }
-        sum => sum,
+/// Reads a checksum's table.
+pub(crate) fn read(mut table: Table) -> Result<Checksum<'static>, Located> {
+    let algorithm = table.parse("name", named)?;
+    let (width, polynomial) = (table.get("width")?, table.get("polynomial")?);
+    let (initial, xor_out) = (table.get("initial")?, table.get("xor")?);
+    let reflected = table.get("reflected")?;
+    let (bytes, encoding) = table.need_parsed("type", encoding)?;
+    let at: i16 = table.need("at")?;
+    let (from, to) = (table.get("from")?, table.get("to")?);
+    table.finish()?;
+    let has_parameters = initial.is_some() || reflected.is_some() || xor_out.is_some();
+    let algorithm = match (algorithm, width, polynomial) {
+        (Some(algorithm), None, None) if !has_parameters => algorithm,
+        (None, Some(width), Some(polynomial)) => Algorithm::Crc(Crc {
+            initial: initial.unwrap_or(0),
+            reflected_in: reflected.unwrap_or(false),
+            reflected_out: reflected.unwrap_or(false),
+            xor_out: xor_out.unwrap_or(0),
+            ..Crc::new(width, polynomial)
+        }),
+        _ => return Err(Located::new(table.span, Mistake::Algorithm)),
+    };
+    Ok(Checksum {
+        algorithm,
+        encoding,
+        at,
+        from: from.unwrap_or(0),
+        to: to.unwrap_or(at.saturating_sub(1)),
+        ..Checksum::at_the_end(bytes)
+    })
+}
+
+/// Parses the type of a checksum: the number of its bytes, and their encoding in the frame.
+fn encoding(name: &str) -> Result<(usize, Encoding), Mistake> {
+    let digits = ["hex8", "hex16", "hex24", "hex32"];
+    if let Some(place) = digits.iter().position(|hex| *hex == name) {
+        return Ok((place + 1, Encoding::Hex));
     }
+    let number = NumberType::parse_unsigned(name)?;
+    let encoding = match number.order {
+        ByteOrder::Little => Encoding::Little,
+        ByteOrder::Big => Encoding::Big,
+    };
+    Ok((number.bytes, encoding))
 }
 
 #[cfg(test)]
@@ -120,9 +146,16 @@ mod tests {
     use super::*;
 
     fn of(name: &str, bytes: &[u8]) -> u32 {
-        let Named(algorithm) = Named::try_from(name.to_owned()).unwrap();
+        let algorithm = named(name).unwrap();
         let sum = algorithm.of(bytes, None);
-        assert_eq!(tabled(algorithm).of(bytes, None), sum, "{name}");
+        if let Algorithm::Crc(crc) = algorithm {
+            let table = crc.table_of_words();
+            let crc = Crc {
+                table: framelock_formats::layout::Table::Words(&table),
+                ..crc
+            };
+            assert_eq!(Algorithm::Crc(crc).of(bytes, None), sum, "{name}");
+        }
         sum
     }
 
@@ -168,7 +201,7 @@ mod tests {
 
     #[test]
     fn an_unknown_name_gets_the_nearest() {
-        let told = |name: &str| Named::try_from(name.to_owned()).err().unwrap();
+        let told = |name: &str| named(name).unwrap_err().to_string();
         assert!(told("CRC-8/DVB-S3").contains("are CRC-8/DVB-S2"));
         assert!(told("crc16-modbuss").contains("are CRC-16/MODBUS"));
         assert!(told("fletcher").contains("fletcher-8"));

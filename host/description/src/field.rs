@@ -3,13 +3,19 @@
 use std::fmt;
 use std::ops::Range;
 
-use framelock_formats::layout::ByteOrder;
+use framelock_formats::layout::{ByteOrder, Number, index};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
 use crate::item::Item;
-use crate::value::{Scale, Value};
+use crate::kind::LONGEST;
+use crate::problem::{Located, Misfit, Mistake};
+use crate::table::Table;
+use crate::value::{Decimal, Scale, Value};
 use crate::{hex, text};
+
+/// Names that no field may have, because other columns have them.
+const RESERVED: &[&str] = &["offset", "length", "time"];
 
 /// A field of a frame.
 #[derive(Clone, Default, Debug)]
@@ -32,6 +38,8 @@ pub struct Field {
     pub unit: Option<String>,
     /// If the field has the same value in every frame: the bits of this value, at the positions of the mask.
     pub constant: Option<u64>,
+    /// The values that the field may have; none if it may have any value.
+    pub allowed: Vec<u32>,
     /// If the field takes the rest of the frame: the number of bytes after the field.
     pub margin: usize,
     /// The part of a comma-separated text that the field shows.
@@ -39,14 +47,14 @@ pub struct Field {
     /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
     /// Properties that are needed for each frame. They are computed once, when the description is read.
-    pub(crate) prepared: Prepared,
+    prepared: Prepared,
 }
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the number of values. `is_plain` says
 /// whether the field's bytes are the number itself.
 #[derive(Clone, Default, Debug)]
-pub(crate) struct Prepared {
+struct Prepared {
     place: Option<(Range<usize>, usize)>,
     values: usize,
     /// 64 minus the number of bits in a value.
@@ -54,10 +62,8 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// The type of a field. In a description, the type of numbers, bytes and text is a name, and the type of bits is the
-/// number of bits.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
-#[serde(try_from = "String")]
+/// The type of a field.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub enum Type {
     /// A number of whole bytes.
     Number(NumberType),
@@ -97,30 +103,35 @@ pub enum Class {
     Float,
 }
 
-impl TryFrom<String> for Type {
-    type Error = String;
+/// The constant value of a field, or the list of its possible values.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a value is a whole number, or a list of them")]
+enum Values {
+    One(i64),
+    OneOf(Vec<u32>),
+}
 
-    fn try_from(name: String) -> Result<Self, String> {
-        Ok(match &*name {
+impl Type {
+    fn parse(name: &str) -> Result<Self, Mistake> {
+        Ok(match name {
             "bytes" => Self::Bytes,
             "text" => Self::Text,
-            _ => Self::Number(name.try_into()?),
+            _ => Self::Number(NumberType::parse(name)?),
         })
     }
 }
 
-impl TryFrom<String> for NumberType {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let (class, bits) = name.split_at_checked(1).unwrap_or_default();
+impl NumberType {
+    fn parse(name: &str) -> Result<Self, Mistake> {
+        let unknown = || Mistake::UnknownType(name.to_owned());
+        let (class, bits) = name.split_at_checked(1).ok_or_else(unknown)?;
         let bytes = match bits {
             "8" => 1,
             "16le" | "16be" => 2,
             "24le" | "24be" => 3,
             "32le" | "32be" => 4,
             "64le" | "64be" => 8,
-            _ => 0,
+            _ => return Err(unknown()),
         };
         let order = if bits.ends_with("be") {
             ByteOrder::Big
@@ -128,23 +139,34 @@ impl TryFrom<String> for NumberType {
             ByteOrder::Little
         };
         let class = match (class, bytes) {
-            ("u", 1..) => Class::Unsigned,
-            ("i", 1..) => Class::Signed,
+            ("u", _) => Class::Unsigned,
+            ("i", _) => Class::Signed,
             ("f", 4) => Class::Float,
-            _ => {
-                return Err(format!(
-                    "there is no type \"{}\": u8, u16le, u24le, u32le and u64le have the lowest \
-                     byte first, u16be and so on the highest; i8, i16le and so on have a sign; f32le, \
-                     f32be; for fields bytes and text; for checksums in digits hex8, hex16, hex24 and hex32",
-                    text::quoted(&name)
-                ));
-            }
+            _ => return Err(unknown()),
         };
         Ok(Self {
             class,
             bytes,
             order,
         })
+    }
+
+    /// Parses the type of an unsigned number of up to four bytes.
+    pub(crate) fn parse_unsigned(name: &str) -> Result<Self, Mistake> {
+        let number = Self::parse(name)?;
+        number
+            .is_unsigned()
+            .then_some(number)
+            .ok_or(Mistake::NotUnsigned)
+    }
+
+    fn is_unsigned(self) -> bool {
+        self.class == Class::Unsigned && self.bytes <= 4
+    }
+
+    /// Returns the layout's number that has this type and begins at this position of the frame.
+    pub(crate) fn at(self, at: usize) -> Number {
+        Number::new(at, self.bytes, self.order)
     }
 }
 
@@ -203,6 +225,108 @@ pub(crate) fn ones(width: usize) -> u64 {
 }
 
 impl Field {
+    /// Reads a field's table.
+    pub(crate) fn read(table: &mut Table) -> Result<Self, Located> {
+        let name = table.need_parsed("name", column_name)?;
+        let at = table.need("at")?;
+        let number_type = table.parse("type", Type::parse)?;
+        let (width, first) = (table.get("bits")?, table.get::<u16>("bit")?);
+        let count = table.get("count")?;
+        let mask = table.get("mask")?;
+        let value = table.get("value")?;
+        let factor = table.get::<Decimal>("scale")?;
+        let offset = table.get::<Decimal>("offset")?;
+        let unit: Option<String> = table.get("unit")?;
+        let item = table.get("item")?;
+        table.finish()?;
+        let kind = match (number_type, width) {
+            (Some(kind), None) => kind,
+            (None, Some(width @ 1..=64)) => Type::Bits {
+                first: first.unwrap_or(0).into(),
+                width,
+            },
+            _ => return Err(Located::new(table.span.clone(), Mistake::FieldType)),
+        };
+        if !count.is_none_or(|count| (1..=LONGEST).contains(&count)) {
+            return Err(Located::new(table.span.clone(), Mistake::Count));
+        }
+        let whole_number = match kind {
+            Type::Number(number) if number.class != Class::Float => Some(number),
+            _ => None,
+        };
+        if mask
+            .is_some_and(|mask| whole_number.is_none_or(|number| mask == 0 || mask > number.all()))
+        {
+            return table.wrong("mask", Mistake::Mask);
+        }
+        let scale = (factor.is_some() || offset.is_some()).then(|| {
+            let one = Decimal {
+                digits: 1,
+                decimals: 0,
+            };
+            Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())
+        });
+        if scale.is_some() && whole_number.is_none() && width.is_none() {
+            let key = if factor.is_some() { "scale" } else { "offset" };
+            return table.wrong(key, Mistake::Scale);
+        }
+        if factor.is_some_and(|factor| factor.digits == 0) {
+            return table.wrong("scale", Mistake::ZeroScale);
+        }
+        let is_blank = |c: char| c.is_control() || c.is_whitespace();
+        if unit.as_ref().is_some_and(|unit| unit.contains(is_blank)) {
+            return table.wrong("unit", Mistake::Unit);
+        }
+        if item.is_some() && kind != Type::Text {
+            return table.wrong("item", Mistake::Item);
+        }
+        let mut field = Self {
+            name,
+            at,
+            kind,
+            count,
+            mask,
+            scale,
+            unit,
+            item,
+            ..Self::default()
+        };
+        match value {
+            Some(Values::One(number)) => match field.to_bits(&number.into()) {
+                Ok(bits) if !field.is_array() && !field.is_text() => field.constant = Some(bits),
+                _ => return table.wrong("value", Mistake::UnfitValue),
+            },
+            Some(Values::OneOf(numbers)) => {
+                let number = whole_number.filter(|number| number.is_unsigned());
+                let Some(number) = number.filter(|_| mask.is_none() && count.is_none() && at >= 0)
+                else {
+                    return table.wrong("value", Mistake::ValueList);
+                };
+                if numbers.is_empty()
+                    || numbers.iter().any(|value| u64::from(*value) > number.all())
+                {
+                    return table.wrong("value", Mistake::UnfitValues);
+                }
+                field.allowed = numbers;
+            }
+            None => {}
+        }
+        if at < 0 && field.length().is_none() {
+            return table.wrong("at", Mistake::RestFromEnd);
+        }
+        Ok(field)
+    }
+
+    /// Returns the field of a trailer of `bytes` bytes.
+    pub(crate) fn of_trailer(name: String, bytes: usize) -> Self {
+        Self {
+            name,
+            count: Some(bytes),
+            is_appended: true,
+            ..Self::default()
+        }
+    }
+
     /// Returns true if the values are text, or bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
@@ -292,8 +416,36 @@ impl Field {
         }
     }
 
-    /// Computes the properties that are needed for each frame. Call this function after the last change to the field.
-    pub(crate) fn prepare(&mut self) {
+    /// Returns the index after the field's last byte if the field is counted from the front. `rest` is the number of
+    /// bytes of a field that takes the rest of the frame.
+    #[must_use]
+    pub fn end(&self, rest: usize) -> Option<usize> {
+        let from = usize::try_from(self.at)
+            .ok()
+            .filter(|_| !self.is_appended)?;
+        Some(from + self.length().unwrap_or(rest))
+    }
+
+    /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the
+    /// field.
+    #[must_use]
+    pub fn position(&self, length: usize) -> Option<Range<usize>> {
+        let from = index(self.at, length)?;
+        let end = length.checked_sub(self.margin)?;
+        let to = self.length().map_or(end, |bytes| from + bytes);
+        (from <= to && to <= end).then_some(from..to)
+    }
+
+    /// Ends a field that takes the rest of the frame before the frame's last `from_end` bytes. If all frames have the
+    /// same length, the field has a fixed length too. Returns false if no bytes are left for the field.
+    pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
+        if let (Some(length), None) = (fixed_length, self.length()) {
+            let left = length.saturating_sub(usize::from(self.at.unsigned_abs()) + from_end);
+            self.count = Some(left);
+        }
+        if fixed_length.is_none() && self.at >= 0 && self.constant.is_none() && !self.is_appended {
+            self.margin = from_end;
+        }
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
         self.prepared = Prepared {
@@ -305,6 +457,7 @@ impl Field {
                 && self.scale.is_none()
                 && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
         };
+        self.count != Some(0)
     }
 
     /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. Positions relative
@@ -336,7 +489,7 @@ impl Field {
 
     /// Reads the field's values from its bytes.
     #[inline]
-    pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
+    pub(crate) fn values_in<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
         (0..self.prepared.values).map(|number| self.value(bytes, number))
     }
 
@@ -356,7 +509,7 @@ impl Field {
         let own = || {
             let Range { start, end } = self.value_bytes(number, bytes.len());
             // Treat bytes that the sender has left out as zero.
-            bytes.get(start..end.min(bytes.len())).unwrap_or_default()
+            &bytes[start.min(bytes.len())..end.min(bytes.len())]
         };
         if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
             return value;
@@ -422,12 +575,12 @@ impl Field {
     }
 
     /// Returns the bits of a value, at the positions of the mask. The error says why the value does not fit the field.
-    pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, String> {
+    pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, Misfit> {
         let class = self.class();
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
         if class == Class::Float {
             let nan = value.is_null().then_some(f64::NAN);
-            let number = value.as_f64().or(nan).ok_or("is not a number")?;
+            let number = value.as_f64().or(nan).ok_or(Misfit::NotNumber)?;
             return Ok((number as f32).to_bits().into());
         }
         let all = ones(self.width());
@@ -443,13 +596,14 @@ impl Field {
         };
         let is_in = |number: &i128| (least..=most).contains(number);
         let Some(number) = number.filter(is_in) else {
-            return Err(match &self.scale {
-                Some(scale) => format!(
-                    "is not a number from {} to {}",
-                    scale.text(least),
-                    scale.text(most)
-                ),
-                None => format!("is not a whole number from {least} to {most}"),
+            let shown = |number: i128| match &self.scale {
+                Some(scale) => scale.text(number),
+                None => number.to_string(),
+            };
+            return Err(Misfit::NotBetween {
+                is_whole: self.scale.is_none(),
+                least: shown(least),
+                most: shown(most),
             });
         };
         #[expect(
@@ -459,25 +613,25 @@ impl Field {
         )]
         let bits = (number as u64 & ones(width(mask))) << mask.trailing_zeros();
         if bits & !mask != 0 {
-            return Err(format!("has other bits than the mask {mask:#X}"));
+            return Err(Misfit::OutsideMask(mask));
         }
         Ok(bits)
     }
 
     /// Returns the bytes of a text, or of bytes in hex. The error says why the value does not fit the field.
-    pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, String> {
+    pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, Misfit> {
         let bytes = match self.kind {
             Type::Bytes => {
-                let text = value.as_str().ok_or("is not bytes in hex, as text")?;
-                hex::parse(&[text.strip_prefix('x').unwrap_or(text)])
-                    .map_err(|why| format!("is not bytes in hex: {why}"))?
+                let text = value.as_str().ok_or(Misfit::NotBytes)?;
+                hex::parse(&[text.strip_prefix('x').unwrap_or(text)]).map_err(Misfit::Hex)?
             }
-            _ => text::unescaped(value.as_str().ok_or("is not text")?),
+            _ => text::unescaped(value.as_str().ok_or(Misfit::NotText)?),
         };
         match self.count {
-            Some(count) if count != bytes.len() => {
-                Err(format!("has {} bytes instead of {count}", bytes.len()))
-            }
+            Some(wanted) if wanted != bytes.len() => Err(Misfit::Length {
+                given: bytes.len(),
+                wanted,
+            }),
             _ => Ok(bytes),
         }
     }
@@ -504,6 +658,21 @@ impl Field {
             }
         }
     }
+}
+
+/// Checks that a name is valid for a column, and returns it.
+pub(crate) fn column_name(name: &str) -> Result<String, Mistake> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(plain) {
+        return Err(Mistake::ColumnName);
+    }
+    if RESERVED
+        .iter()
+        .any(|reserved| name.eq_ignore_ascii_case(reserved))
+    {
+        return Err(Mistake::ReservedName(RESERVED));
+    }
+    Ok(name.to_owned())
 }
 
 /// Returns the number of bits from the lowest to the highest bit of a mask.

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 
+use crate::problem::{HexError, HexReason};
 use crate::text;
 
 /// Parses words in hex. Words are separate arguments, or are separated by blanks, commas,
@@ -9,7 +10,7 @@ use crate::text;
 ///
 /// # Errors
 /// The error names the word that does not consist of bytes in hex, and the reason.
-pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
+pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, HexError> {
     let mut bytes = Vec::new();
     let mut number = 0;
     for argument in arguments {
@@ -19,30 +20,30 @@ pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
         let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
         for word in words.filter(|word| !word.is_empty()) {
             number += 1;
-            append(&mut bytes, word)
-                .map_err(|why| format!("word {number}, '{}', {why}", text::quoted(word)))?;
+            append(&mut bytes, word).map_err(|reason| HexError {
+                number,
+                word: text::quoted(word),
+                reason,
+            })?;
         }
     }
     Ok(bytes)
 }
 
-fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
-    let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"));
-    let mut values = Vec::new();
-    for digit in digits.unwrap_or(word).chars() {
-        let value = digit.to_digit(16).map(u32::to_le_bytes);
-        let [value, ..] = value.ok_or_else(|| {
-            let digit = text::quoted(digit.encode_utf8(&mut [0; 4]));
-            format!("has '{digit}', which is no hex digit")
-        })?;
-        values.push(value);
+fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), HexReason> {
+    let digits = word
+        .strip_prefix("0x")
+        .or(word.strip_prefix("0X"))
+        .unwrap_or(word);
+    if let Some(other) = digits.chars().find(|digit| !digit.is_ascii_hexdigit()) {
+        return Err(HexReason::Digit(text::quoted(&other.to_string())));
     }
-    let (pairs, odd) = values.as_chunks::<2>();
     // "0x" alone has no digits, so it is not a byte.
-    if pairs.is_empty() || !odd.is_empty() {
-        return Err("is not a whole number of bytes: two digits make a byte".into());
+    if digits.is_empty() || digits.len() % 2 == 1 {
+        return Err(HexReason::Odd);
     }
-    bytes.extend(pairs.iter().map(|[high, low]| high << 4 | low));
+    let pairs = (0..digits.len()).step_by(2).map(|at| &digits[at..at + 2]);
+    bytes.extend(pairs.map(|pair| u8::from_str_radix(pair, 16).expect("two hex digits")));
     Ok(())
 }
 
@@ -51,7 +52,7 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
 pub fn glued(bytes: &[u8]) -> String {
     let mut digits = Vec::new();
     text::append_hex(bytes, &mut digits);
-    String::from_utf8(digits).unwrap_or_default()
+    String::from_utf8(digits).expect("digits are text")
 }
 
 #[cfg(test)]
@@ -59,7 +60,7 @@ mod tests {
     use super::*;
 
     fn parsed(words: &[&str]) -> Result<Vec<u8>, String> {
-        parse(words)
+        parse(words).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -93,14 +93,25 @@ impl Item {
     }
 }
 
-/// Reads a number of up to eighteen digits. Returns its digits as an integer, and the number of decimals.
+/// Reads a number of up to eighteen characters. Returns its digits as an integer, and the number of decimals.
 fn decimal(text: &[u8]) -> Option<(i128, u32)> {
-    let text = std::str::from_utf8(text)
-        .ok()
-        .filter(|text| text.len() <= 18)?;
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let number = format!("{whole}{fraction}").parse().ok()?;
-    Some((number, u32::try_from(fraction.len()).ok()?))
+    let (sign, digits) = match text {
+        [b'-', digits @ ..] => (-1, digits),
+        [b'+', digits @ ..] | digits => (1, digits),
+    };
+    let (mut number, mut count, mut point) = (0_i64, 0, None);
+    for byte in digits {
+        match byte {
+            b'0'..=b'9' => {
+                number = 10 * number + i64::from(byte - b'0');
+                count += 1;
+            }
+            b'.' if point.is_none() => point = Some(count),
+            _ => return None,
+        }
+    }
+    (count > 0 && text.len() <= 18)
+        .then(|| (sign * i128::from(number), count - point.unwrap_or(count)))
 }
 
 #[cfg(test)]

@@ -21,33 +21,39 @@
 //! )?;
 //! let frame = description.encode(&[Some((-12.5).into()), Some(2.into())])?;
 //! let format = description.format();
-//! let mut receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).ok_or("it holds a frame")?;
+//! let buffer = vec![0; 2 * format.longest()];
+//! let mut receiver = BufferedReceiver::with_buffer(format.clone(), buffer).expect("it holds a frame");
 //! let mut shown = Vec::new();
 //! receiver.feed(&frame, |found| {
-//!     let Some((kind, frame)) = found.message().map(|frame| frame.message()) else {
+//!     let Some((kind, frame)) = found.decoded() else {
 //!         return;
 //!     };
-//!     for (field, content) in description.kinds[kind].shown(frame) {
-//!         let value = content.values().next();
-//!         shown.push(format!("{} {}", field.name, value.unwrap()));
+//!     for (field, content) in description.kinds[kind].values(frame) {
+//!         shown.push(format!("{} {}", field.name, content.value()));
 //!     }
 //! });
 //! assert_eq!(shown, ["angle -12.5", "state 2"]);
-//! # Ok::<(), String>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::indexing_slicing,
+    clippy::missing_panics_doc,
+    reason = "an index out of range is a bug, which must not become an empty field"
+)]
 
 mod checksum;
 mod encode;
-mod entries;
+mod example;
 mod field;
 pub mod hex;
 mod item;
-mod kept;
 mod kind;
-mod positions;
+mod layouts;
+mod messages;
+mod problem;
+mod table;
 pub mod text;
-mod validate;
 mod value;
 
 use std::collections::{HashMap, HashSet};
@@ -56,15 +62,20 @@ use std::io::Read;
 use std::path::Path;
 
 use framelock::{Classification, Format as _, LineEvent};
-use framelock_formats::{AnyOf, Layout};
+use toml::Spanned;
+use toml::de::DeTable;
 
 pub use field::{Class, Field, NumberType, Type};
 pub use item::Item;
-pub use kind::{Content, Contents, Kind, LONGEST};
-pub use positions::Part;
+pub use kind::{Content, Contents, Kind, LONGEST, Part};
+pub use layouts::Layouts;
+pub use problem::{
+    EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName,
+};
 pub use value::{Decimal, Scale, Value};
 
-use entries::{FrameEntry, Problem, at, missing, wrong};
+use problem::Located;
+use table::Table;
 
 /// The limit on the number of bytes in the text of a description.
 const LONGEST_TEXT: usize = 1 << 20;
@@ -74,9 +85,6 @@ const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 
 /// A parsed description.
-///
-/// The memory of the description's [`format`](Self::format) is never freed: a few hundred bytes, and 16 KiB for each
-/// CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The kinds of frames, at least one, in the order in which they are tried.
@@ -84,7 +92,7 @@ pub struct Description {
     /// The columns for the values of all kinds. If there are several kinds, the first column contains the name of the
     /// kind.
     pub columns: Vec<Column>,
-    layouts: &'static [Layout<'static>],
+    layouts: Layouts,
 }
 
 /// A value's name in a table.
@@ -106,29 +114,101 @@ impl Description {
     ///
     /// # Errors
     /// Returns the first mistake, with its line and column.
-    pub fn parse(name: &str, text: &str) -> Result<Self, String> {
-        let read = toml::from_str::<FrameEntry>(text)
-            .map_err(|error| Problem(error.span().unwrap_or_default(), told(error.message())));
-        read.and_then(|written| described(name, &written))
-            .map_err(|Problem(place, what)| {
-                let before = text.get(..place.start).unwrap_or(text);
-                let line = before.matches('\n').count() + 1;
-                let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-                format!("{name}:{line}:{column}: {what}")
-            })
+    pub fn parse(name: &str, text: &str) -> Result<Self, Problem> {
+        let table = DeTable::parse(text).map_err(|error| {
+            let mistake = Mistake::Toml(error.message().to_owned());
+            Located::new(error.span().unwrap_or(0..0), mistake)
+        });
+        table
+            .and_then(|table| Self::read(name, &table))
+            .map_err(|located| Problem::within(name, text, located))
     }
 
-    /// Returns the format for a receiver. The format's message consists of the index of the frame's kind, and the
-    /// frame.
+    fn read(name: &str, table: &Spanned<DeTable>) -> Result<Self, Located> {
+        let mut table = Table::new(table.get_ref(), 0..0);
+        let included: Vec<Spanned<String>> = table.get("any_of")?.unwrap_or_default();
+        let mut tables = table.tables("kinds")?;
+        let count = included.len() + tables.len();
+        if count > MOST_KINDS {
+            return Err(Mistake::ManyKinds(count).into());
+        }
+        let mut kinds = Vec::new();
+        for name in &included {
+            let text =
+                shipped(name.get_ref()).map_err(|unknown| Located::new(name.span(), unknown))?;
+            let shipped =
+                Self::parse(name.get_ref(), text).expect("shipped descriptions are valid");
+            kinds.extend(shipped.kinds);
+        }
+        for kind in &mut tables {
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+            let name: Option<String> = kind.get("name")?;
+            let Some(name) = name.filter(|name| name.chars().all(plain)) else {
+                return Err(Located::new(kind.span.clone(), Mistake::KindName));
+            };
+            if kind.has_any(&["kinds", "any_of"]) {
+                return kind.wrong("name", Mistake::NestedKinds);
+            }
+            kinds.push(Kind::read(&name, kind, Some(&table))?);
+        }
+        if table.has("name") {
+            return table.wrong("name", Mistake::NeedlessName);
+        }
+        if let (Some(first), []) = (included.first(), &*tables)
+            && table.has_any(&[
+                "sync",
+                "length",
+                "length_field",
+                "terminator",
+                "content",
+                "checksum",
+                "fields",
+            ])
+        {
+            return Err(Located::new(first.span(), Mistake::AnyOf));
+        }
+        if kinds.is_empty() {
+            kinds.push(Kind::read(name, &mut table, None)?);
+        } else if tables.is_empty() {
+            table.finish()?;
+        }
+        let columns = columns(&kinds).map_err(|mistake| {
+            let span = if table.has("fields") {
+                table
+                    .tables("fields")
+                    .map_or(0..0, |fields| fields[0].span.clone())
+            } else {
+                tables.first().map_or(0..0, |kind| kind.span.clone())
+            };
+            Located { span, mistake }
+        })?;
+        let layouts = Layouts::concat(kinds.iter().map(|kind| &kind.layouts));
+        let all = layouts.all();
+        for (number, layout) in all.iter().enumerate() {
+            if let Some(earlier) = all[..number].iter().position(|other| other == layout) {
+                let entry = (number + tables.len()).checked_sub(kinds.len());
+                let span = entry.map_or(0..0, |entry| tables[entry].span.clone());
+                let [kind, earlier] = [number, earlier].map(|number| kinds[number].name.clone());
+                return Err(Located::new(span, Mistake::NeverOccurs { kind, earlier }));
+            }
+        }
+        Ok(Self {
+            kinds,
+            columns,
+            layouts,
+        })
+    }
+
+    /// Returns the format for a receiver.
     #[must_use]
-    pub fn format(&self) -> AnyOf<'static> {
-        AnyOf(self.layouts)
+    pub fn format(&self) -> &Layouts {
+        &self.layouts
     }
 
     /// Returns whether a receiver delivers these bytes as one frame, at the latest when a pause follows them.
     #[must_use]
     pub fn is_frame(&self, bytes: &[u8]) -> bool {
-        let format = self.format();
+        let format = &self.layouts;
         let classification = match format.classify(bytes) {
             Classification::Incomplete { .. } => format.classify_before(bytes, LineEvent::Idle),
             classification => classification,
@@ -140,13 +220,13 @@ impl Description {
     #[must_use]
     #[inline]
     pub fn number(&self, frame: &[u8]) -> usize {
-        self.format().decode(frame).0
+        self.layouts.decode(frame).0
     }
 
     /// Returns the view that shows a frame, or the frame's kind if no view fits.
     #[must_use]
     pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
-        self.shown().nth(self.shown_number(frame))
+        self.kinds_and_views().nth(self.view_number(frame))
     }
 
     /// Returns the name of a frame's kind, view or message, which is the value of the column [`KIND`].
@@ -155,10 +235,10 @@ impl Description {
         self.kind(frame).map(|kind| kind.name_of(frame))
     }
 
-    /// Returns the index of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
+    /// Returns the index of the kind or view that shows a frame, in the order of [`kinds_and_views`](Self::kinds_and_views).
     #[must_use]
     #[inline]
-    pub fn shown_number(&self, frame: &[u8]) -> usize {
+    pub fn view_number(&self, frame: &[u8]) -> usize {
         let number = if self.kinds.len() == 1 {
             0
         } else {
@@ -167,7 +247,7 @@ impl Description {
         let mut before = 0;
         for (other, kind) in self.kinds.iter().enumerate() {
             if other == number {
-                return kind.view(frame).map_or(before, |view| before + 1 + view);
+                return kind.view_of(frame).map_or(before, |view| before + 1 + view);
             }
             before += 1 + kind.views.len();
         }
@@ -175,15 +255,15 @@ impl Description {
     }
 
     /// Returns an iterator over the kinds. The views of each kind follow the kind.
-    pub fn shown(&self) -> impl Iterator<Item = &Kind> {
+    pub fn kinds_and_views(&self) -> impl Iterator<Item = &Kind> {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
     /// Returns the names of all kinds, views and messages.
     #[must_use]
     pub fn kind_names(&self) -> Vec<&str> {
-        let messages = self.shown().flat_map(|kind| &kind.message_names);
-        let kinds = self.shown().map(|kind| &*kind.name);
+        let messages = self.kinds_and_views().flat_map(|kind| &kind.message_names);
+        let kinds = self.kinds_and_views().map(|kind| &*kind.name);
         let mut names = Vec::new();
         for name in kinds.chain(messages.map(|(_, name)| *name)) {
             if !names.contains(&name) {
@@ -200,7 +280,7 @@ impl Description {
         match &*self.kinds {
             [kind] if self.has_kinds() => {
                 let count: usize = kind.varying_fields().map(Field::values).sum();
-                self.columns.get(1..=count).unwrap_or_default()
+                &self.columns[1..=count]
             }
             _ => &self.columns,
         }
@@ -213,104 +293,20 @@ impl Description {
     }
 }
 
-/// Returns the parser's error message. If the error is an unknown name, adds the nearest known name.
-fn told(message: &str) -> String {
-    let unknown = message.strip_prefix("unknown field").unwrap_or_default();
-    let names: Vec<&str> = unknown.split('`').skip(1).step_by(2).collect();
-    match (&*names, message.split_once(", expected")) {
-        ([name, names @ ..], Some((what, expected))) => {
-            let nearest = text::nearest(name, names);
-            format!("{what}{nearest}; expected{expected}")
-        }
-        _ => message.to_owned(),
-    }
-}
-
 /// Reads the text of a description from a file.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
-pub fn read(path: &Path) -> Result<String, String> {
-    let name = path.display();
+pub fn read(path: &Path) -> Result<String, ReadError> {
+    let name = path.display().to_string();
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes))
-        .map_err(|error| format!("cannot read {name}: {error}; a description is a TOML file"))?;
-    if bytes.len() > LONGEST_TEXT {
-        return Err(format!(
-            "{name} is longer than {LONGEST_TEXT} bytes: a description is a TOML file of some lines"
-        ));
+    let read = File::open(path)
+        .and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes));
+    match read {
+        Err(error) => Err(ReadError::Io { name, error }),
+        Ok(length) if length > LONGEST_TEXT => Err(ReadError::TooLong(name)),
+        Ok(_) => String::from_utf8(bytes).map_err(|_| ReadError::NotText(name)),
     }
-    String::from_utf8(bytes)
-        .map_err(|_| format!("{name} is not text: a description is a TOML file"))
-}
-
-fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
-    let count = written.kinds.len() + written.any_of.len();
-    if count > MOST_KINDS {
-        let what = format!("{count} kinds of frames: at most {MOST_KINDS} are allowed");
-        return missing(&what);
-    }
-    let mut kinds = Vec::new();
-    for name in &written.any_of {
-        let Some(text) = shipped(name.get_ref()) else {
-            return wrong(name, no_such_shipped(name.get_ref()));
-        };
-        let shipped = Description::parse(name.get_ref(), text).map_err(at(name))?;
-        kinds.extend(shipped.kinds);
-    }
-    for kind in &written.kinds {
-        let whole = kind.get_ref();
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        let name = whole.name.as_ref();
-        let Some(name) = name.filter(|name| name.get_ref().chars().all(plain)) else {
-            return wrong(kind, "a kind must have a name of letters, digits, - and _");
-        };
-        if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
-            return wrong(name, "a kind cannot contain kinds or any_of");
-        }
-        let whole = whole.clone().within(written);
-        kinds.push(validate::kind(name.get_ref(), &whole, true)?);
-    }
-    if let Some(name) = &written.name {
-        return wrong(
-            name,
-            "only a kind in [[kinds]] has a name: leave the name out",
-        );
-    }
-    if let (Some(name), []) = (written.any_of.first(), &*written.kinds)
-        && written.has_more()
-    {
-        let what = "any_of names complete descriptions: move the other keys into [[kinds]]";
-        return wrong(name, what);
-    }
-    if kinds.is_empty() {
-        kinds.push(validate::kind(name, written, false)?);
-    }
-    let columns = columns(&kinds).map_err(|what| {
-        let place = written.fields.first().map(toml::Spanned::span);
-        let of_kind = || written.kinds.first().map(toml::Spanned::span);
-        Problem(place.or_else(of_kind).unwrap_or(0..0), what)
-    })?;
-    let layouts: Vec<Layout> = kinds.iter().map(|kind| kind.layout).collect();
-    for (number, layout) in layouts.iter().enumerate() {
-        if let Some(earlier) = layouts.iter().take(number).position(|it| it == layout)
-            && let (Some(kind), Some(earlier)) = (kinds.get(number), kinds.get(earlier))
-        {
-            let what = format!(
-                "kind {} never occurs: each of its frames is also one of kind {}, which is tried first",
-                kind.name, earlier.name
-            );
-            let entry = number.checked_sub(kinds.len() - written.kinds.len());
-            let entry = entry.and_then(|entry| written.kinds.get(entry));
-            return Err(Problem(entry.map_or(0..0, toml::Spanned::span), what));
-        }
-    }
-    Ok(Description {
-        kinds,
-        columns,
-        layouts: kept::kept(layouts),
-    })
 }
 
 fn has_kinds(kinds: &[Kind]) -> bool {
@@ -322,13 +318,8 @@ fn has_kinds(kinds: &[Kind]) -> bool {
 
 /// Returns the columns of all kinds. The columns of an array have the array's name and a number. Kinds may share a
 /// column.
-fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
+fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
     let mut columns: Vec<Column> = Vec::new();
-    let all = || {
-        kinds
-            .iter()
-            .flat_map(|kind| std::iter::once(kind).chain(&kind.views))
-    };
     let has_kinds = has_kinds(kinds);
     if has_kinds {
         columns.push(Column {
@@ -337,27 +328,29 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
             is_text: true,
         });
     }
-    let mut names: Vec<&str> = kinds.iter().map(|kind| &*kind.name).collect();
-    names.sort_unstable();
-    if let Some([name, _]) = names
-        .windows(2)
-        .find(|pair| matches!(pair, [a, b] if a == b))
-    {
-        return Err(format!("two kinds are called {name}"));
+    let mut names = HashSet::new();
+    if let Some(kind) = kinds.iter().find(|kind| !names.insert(&*kind.name)) {
+        return Err(Mistake::SameKindName(kind.name.clone()));
     }
+    let all = || kinds.iter().flat_map(Kind::with_views);
     let fields = all().flat_map(Kind::varying_fields);
     if fields.map(Field::values).sum::<usize>() > MOST_COLUMNS {
-        return Err(format!("a row has more than {MOST_COLUMNS} values"));
+        return Err(Mistake::ManyColumns);
     }
     let mut places = HashMap::<String, usize>::new();
-    let different = |name: &str| Err(format!("two kinds have different values called {name}"));
+    // The number of values in each array. If several kinds share an array, they share all of its columns.
+    let mut arrays = HashMap::<&str, usize>::new();
     for kind in all() {
         let mut own = HashSet::new();
         if has_kinds {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            let mut shared = 0;
+            if field.is_array()
+                && *arrays.entry(&field.name).or_insert(field.values()) != field.values()
+            {
+                return Err(Mistake::DifferentValues(field.name.clone()));
+            }
             for number in 0..field.values() {
                 let column = Column {
                     name: field.column(number),
@@ -366,22 +359,16 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                 };
                 // The header of a table may be in capitals.
                 if !own.insert(column.name.to_ascii_lowercase()) {
-                    return Err(format!("two values are called {}", column.name));
+                    return Err(Mistake::SameName(column.name));
                 }
-                let known = places.get(&column.name);
-                match known.and_then(|&place| columns.get(place)) {
-                    Some(other) if *other == column => shared += 1,
-                    Some(_) => return different(&column.name),
+                match places.get(&column.name) {
+                    Some(&place) if columns[place] == column => {}
+                    Some(_) => return Err(Mistake::DifferentValues(column.name)),
                     None => {
                         places.insert(column.name.clone(), columns.len());
                         columns.push(column);
                     }
                 }
-            }
-            // If several kinds share an array, they share all of its columns.
-            let is_it = |column: &&Column| column.array.as_deref() == Some(&field.name);
-            if shared > 0 && columns.iter().filter(is_it).count().max(1) != field.values() {
-                return different(&field.name);
             }
         }
     }
@@ -402,15 +389,13 @@ pub const SHIPPED: &[(&str, &str)] = shipped!(
 );
 
 /// Returns the text of the shipped description with this name.
-#[must_use]
-pub fn shipped(name: &str) -> Option<&'static str> {
+///
+/// # Errors
+/// The error names the shipped descriptions.
+pub fn shipped(name: &str) -> Result<&'static str, UnknownName> {
     let found = SHIPPED.iter().find(|(shipped, _)| *shipped == name);
-    found.map(|(_, text)| *text)
-}
-
-/// Returns the error for a name that no shipped description has.
-#[must_use]
-pub fn no_such_shipped(name: &str) -> String {
-    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-    text::no_such(name, &names)
+    let known = || SHIPPED.iter().map(|(name, _)| *name);
+    found
+        .map(|(_, text)| *text)
+        .ok_or_else(|| UnknownName::new(name, known()))
 }

@@ -6,9 +6,6 @@ use serde_json::Value as Json;
 /// The number of characters that an error quotes from a text.
 const QUOTED: usize = 40;
 
-/// The number of names that an error lists.
-const LISTED: usize = 20;
-
 /// Appends bytes that may be text. Bytes that are not printable, or not UTF-8, are escaped as in `\x1B`. A backslash
 /// becomes `\\`, and a blank at either end becomes `\x20`. [`unescaped`] restores the same bytes.
 pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
@@ -49,7 +46,7 @@ pub fn harmless(message: &str) -> String {
             append_char(c, &mut harmless);
         }
     }
-    String::from_utf8(harmless).unwrap_or_default()
+    String::from_utf8(harmless).expect("only characters were appended")
 }
 
 fn append_char(c: char, into: &mut Vec<u8>) {
@@ -110,34 +107,20 @@ pub fn quoted(text: &str) -> String {
     let beginning: String = text.chars().take(QUOTED).collect();
     let mut escaped = Vec::new();
     escape(beginning.as_bytes(), &mut escaped);
-    String::from_utf8(escaped).unwrap_or_default()
-}
-
-/// Returns an error message for an unknown name. The message contains the nearest known name, and the first few known
-/// names.
-#[must_use]
-pub fn no_such(name: &str, names: &[&str]) -> String {
-    let listed = names.get(..LISTED).unwrap_or(names);
-    let others = match names.len() - listed.len() {
-        0 => String::new(),
-        count => format!(" and {count} others"),
-    };
-    format!(
-        "there is no {}{}; there are {}{others}",
-        quoted(name),
-        nearest(name, names),
-        listed.join(", ")
-    )
+    String::from_utf8(escaped).expect("escaped text is UTF-8")
 }
 
 /// Returns the part of an error message that suggests the nearest name. Returns an empty text if none of `names`
 /// resembles `name`.
 #[must_use]
-pub fn nearest(name: &str, names: &[&str]) -> String {
+pub fn nearest(name: &str, names: &[impl AsRef<str>]) -> String {
     let small = name.to_ascii_lowercase();
     // The Jaro-Winkler distance suggests `ubx` for `ublox`; an edit distance would suggest `bin`.
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
-    let near = names.iter().copied().filter(|other| distance(other) < 0.35);
+    let near = names
+        .iter()
+        .map(AsRef::as_ref)
+        .filter(|other| distance(other) < 0.35);
     let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));
     nearest.map_or(String::new(), |other| format!(" (perhaps {other}?)"))
 }

@@ -40,18 +40,8 @@ impl Value<'_> {
         match self {
             // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. After a conversion to 64 bits, 0.1 would
             // be written as 0.10000000149011612.
-            Self::Float(number) => {
-                let _ = write!(row, "{number:?}");
-            }
-            Self::Decimal(number, decimals) => match u64::try_from(number.unsigned_abs()) {
-                Ok(digits) if *decimals <= 9 => {
-                    if *number < 0 {
-                        row.push(b'-');
-                    }
-                    append_decimal(digits, *decimals, row);
-                }
-                _ => row.extend(decimal(*number, *decimals).as_bytes()),
-            },
+            Self::Float(number) => write!(row, "{number:?}").expect("a vector takes any text"),
+            Self::Decimal(number, decimals) => append_decimal(*number, *decimals, row),
             Self::Bytes(bytes) => {
                 // The prefix is `x`. Without a prefix, some programs would read 0600 and 1E05 as numbers. With the
                 // prefix `0x`, other programs would read 0x06 as a number.
@@ -65,7 +55,7 @@ impl Value<'_> {
                 }
                 append_digits(number.unsigned_abs(), row);
             }
-            Self::Unsigned(_) => {}
+            Self::Unsigned(number) => append_digits(*number, row),
         }
     }
 
@@ -74,33 +64,14 @@ impl Value<'_> {
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
         match self {
-            Self::Bytes(_) | Self::Text(_) => self.append_json_text(row),
+            Self::Bytes(_) | Self::Text(_) => {
+                serde_json::to_writer(row, &self.to_string()).expect("a vector takes any text");
+            }
             Self::Float(number) if number.is_nan() => row.extend(b"null"),
             Self::Float(f32::INFINITY) => row.extend(b"1e39"),
             Self::Float(f32::NEG_INFINITY) => row.extend(b"-1e39"),
             _ => self.append_to(row),
         }
-    }
-
-    #[inline(never)]
-    fn append_json_text(&self, row: &mut Vec<u8>) {
-        row.push(b'"');
-        let from = row.len();
-        self.append_to(row);
-        // The text has already been escaped, so it contains no control characters.
-        let is_special = |byte: &u8| matches!(byte, b'"' | b'\\');
-        if row
-            .get(from..)
-            .is_some_and(|text| text.iter().any(is_special))
-        {
-            for byte in row.split_off(from) {
-                if is_special(&byte) {
-                    row.push(b'\\');
-                }
-                row.push(byte);
-            }
-        }
-        row.push(b'"');
     }
 
     /// Returns true if the value is bytes or text.
@@ -111,56 +82,43 @@ impl Value<'_> {
     }
 }
 
-/// For each number below 1000: its digits without leading zeros, then zero bytes up to the third byte. The fourth byte is
-/// the number of digits.
-static DIGITS: [[u8; 4]; 1000] = {
+/// For each number below 1000: its digits, then zero bytes up to the third byte, and the number of digits. With this
+/// table, most numbers of a frame are written without a division and without a call of `memcpy`.
+static DIGITS: [[u8; 4]; 1000] = digits(false);
+
+/// The same with leading zeros.
+static PADDED: [[u8; 4]; 1000] = digits(true);
+
+const fn digits(is_padded: bool) -> [[u8; 4]; 1000] {
     let mut table = [[0; 4]; 1000];
-    let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
-    while let Some((entry, behind)) = rest.split_first_mut() {
-        let [hundreds, tens, ones] = three_digits(number);
-        *entry = match number {
-            0..10 => [ones, 0, 0, 1],
-            10..100 => [tens, ones, 0, 2],
+    let mut number: u16 = 0;
+    while number < 1000 {
+        let [hundreds, ..] = (number / 100).to_le_bytes();
+        let [tens, ..] = (number / 10 % 10).to_le_bytes();
+        let [ones, ..] = (number % 10).to_le_bytes();
+        let [hundreds, tens, ones] = [b'0' + hundreds, b'0' + tens, b'0' + ones];
+        table[number as usize] = match number {
+            0..10 if !is_padded => [ones, 0, 0, 1],
+            10..100 if !is_padded => [tens, ones, 0, 2],
             _ => [hundreds, tens, ones, 3],
         };
         number += 1;
-        rest = behind;
     }
     table
-};
-
-/// For each number below 1000: its three digits.
-static PADDED: [[u8; 3]; 1000] = {
-    let mut table = [[0; 3]; 1000];
-    let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
-    while let Some((entry, behind)) = rest.split_first_mut() {
-        *entry = three_digits(number);
-        number += 1;
-        rest = behind;
-    }
-    table
-};
-
-/// The powers of ten with up to nine zeros.
-static POWERS: [u64; 10] = {
-    let mut table = [1; 10];
-    let (mut rest, mut power): (&mut [_], u64) = (&mut table, 1);
-    while let Some((entry, behind)) = rest.split_first_mut() {
-        *entry = power;
-        power *= 10;
-        rest = behind;
-    }
-    table
-};
-
-#[expect(clippy::cast_possible_truncation, reason = "a digit is below 10")]
-const fn three_digits(number: u16) -> [u8; 3] {
-    let [hundreds, tens, ones] = [number / 100 % 10, number / 10 % 10, number % 10];
-    [b'0' + hundreds as u8, b'0' + tens as u8, b'0' + ones as u8]
 }
 
-/// Appends the digits of a number. This function is fast for up to three digits, which suffice for most numbers in a
-/// frame.
+/// The powers of ten with up to nine zeros.
+const POWERS: [u64; 10] = {
+    let mut powers = [1; 10];
+    let mut zeros = 1;
+    while zeros < 10 {
+        powers[zeros] = 10 * powers[zeros - 1];
+        zeros += 1;
+    }
+    powers
+};
+
+/// Appends the digits of a number.
 #[inline]
 fn append_digits(number: u64, row: &mut Vec<u8>) {
     let short = usize::try_from(number)
@@ -184,29 +142,48 @@ fn append_more_digits(number: u64, row: &mut Vec<u8>) {
 /// Appends the last three digits of a number.
 #[inline]
 fn append_three_digits(number: u64, row: &mut Vec<u8>) {
-    let place = usize::try_from(number % 1000).unwrap_or_default();
-    row.extend_from_slice(PADDED.get(place).unwrap_or(&[0; 3]));
+    let [digits @ .., _] = &PADDED[(number % 1000) as usize];
+    row.extend_from_slice(digits);
 }
 
-/// Appends a number with up to nine digits after the decimal point.
+/// Appends a number with digits after the decimal point.
 #[inline]
-fn append_decimal(number: u64, decimals: u32, row: &mut Vec<u8>) {
-    let power = |decimals: u32| POWERS.get(decimals as usize).copied().unwrap_or(1);
-    let unit = power(decimals);
-    append_digits(number / unit, row);
+fn append_decimal(number: i128, decimals: u32, row: &mut Vec<u8>) {
+    if number < 0 {
+        row.push(b'-');
+    }
+    let digits = match u64::try_from(number.unsigned_abs()) {
+        Ok(digits) if decimals <= 9 => digits,
+        _ => return append_long_decimal(number.unsigned_abs(), decimals, row),
+    };
+    let unit = POWERS[decimals as usize];
+    append_digits(digits / unit, row);
     if decimals == 0 {
         return;
     }
     row.push(b'.');
     // Append nine digits, or only the first three if these suffice, then cut off the surplus zeros.
-    let fraction = number % unit * power(9 - decimals);
-    let from = row.len();
+    let fraction = digits % unit * POWERS[9 - decimals as usize];
+    let end = row.len() + decimals as usize;
     append_three_digits(fraction / 1_000_000, row);
     if decimals > 3 {
         append_three_digits(fraction / 1000, row);
         append_three_digits(fraction, row);
     }
-    row.truncate(from + decimals as usize);
+    row.truncate(end);
+}
+
+#[inline(never)]
+fn append_long_decimal(digits: u128, decimals: u32, row: &mut Vec<u8>) {
+    let unit = 10_u128.pow(decimals);
+    let (whole, fraction, width) = (digits / unit, digits % unit, decimals as usize);
+    let point = if decimals > 0 { "." } else { "" };
+    let fraction = if decimals > 0 {
+        format!("{fraction:0width$}")
+    } else {
+        String::new()
+    };
+    row.extend(format!("{whole}{point}{fraction}").bytes());
 }
 
 impl fmt::Display for Value<'_> {
@@ -306,7 +283,7 @@ impl Scale {
     /// Returns the scaled number as text.
     #[must_use]
     pub fn text(&self, number: i128) -> String {
-        decimal(self.shown(number), self.decimals)
+        Value::Decimal(self.shown(number), self.decimals).to_string()
     }
 
     /// Returns the unscaled number that is nearest to a shown number. If two numbers are equally near, returns the
@@ -342,25 +319,11 @@ impl Scale {
 impl fmt::Display for Scale {
     /// Writes the factor, and the offset if there is one: `0.01`, or `0.01, plus -1000.00`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&decimal(self.factor, self.decimals))?;
+        Value::Decimal(self.factor, self.decimals).fmt(f)?;
         match self.offset {
             0 => Ok(()),
-            offset => write!(f, ", plus {}", decimal(offset, self.decimals)),
+            offset => write!(f, ", plus {}", Value::Decimal(offset, self.decimals)),
         }
-    }
-}
-
-fn decimal(number: i128, decimals: u32) -> String {
-    let (sign, digits) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
-    let unit = 10_u128.pow(decimals);
-    match decimals {
-        0 => format!("{sign}{digits}"),
-        _ => format!(
-            "{sign}{}.{:0width$}",
-            digits / unit,
-            digits % unit,
-            width = decimals as usize
-        ),
     }
 }
 
@@ -370,6 +333,20 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+
+    fn decimal(number: i128, decimals: u32) -> String {
+        let (sign, digits) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
+        let unit = 10_u128.pow(decimals);
+        match decimals {
+            0 => format!("{sign}{digits}"),
+            _ => format!(
+                "{sign}{}.{:0width$}",
+                digits / unit,
+                digits % unit,
+                width = decimals as usize
+            ),
+        }
+    }
 
     /// Each shown number is converted to the nearest number, although it may have more decimals than the scale.
     #[test]
@@ -429,7 +406,7 @@ mod tests {
             };
             let scaled = scale.of(&value);
             assert_eq!(scaled, Value::Decimal(scale.shown(number), decimals));
-            assert_eq!(scaled.to_string(), scale.text(number));
+            assert_eq!(scaled.to_string(), decimal(scale.shown(number), decimals));
             count_small += u32::from(scale.small.is_some() && bits < 1 << 31);
             let plain = bits.to_string();
             assert_eq!(Value::Unsigned(bits).to_string(), plain);

@@ -1,8 +1,8 @@
 //! Computes the values that the template of a C receiver needs about a layout.
 
 use framelock_formats::layout::{
-    Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField,
-    Messages, Number, Patterns,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, FixedBits, Layout, Length,
+    LengthField, Messages, Number, Patterns,
 };
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -37,16 +37,14 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     let header = layout.header();
     let is_in_header =
         |bits: &FixedBits| usize::try_from(bits.at).is_ok_and(|place| place < header);
-    let fixed = layout.fixed().iter().copied();
+    let fixed = layout.fixed.iter().copied();
     let (in_header, in_frame): (Vec<FixedBits>, Vec<_>) = fixed.partition(is_in_header);
-    let terminators = layout.terminator().each();
-    let terminators = terminators.chain(layout.other_terminators().iter().copied());
-    let terminators: Vec<&[u8]> = terminators.collect();
-    let sync: Vec<&[u8]> = layout.sync().each().collect();
+    let terminators: Vec<&[u8]> = layout.terminators().collect();
+    let sync: Vec<&[u8]> = layout.sync.each().collect();
     let starts: Vec<u8> = sync.iter().filter_map(|it| it.first().copied()).collect();
     let starts = distinct(&starts);
     let starts = starts.iter().map(|byte| format!("byte == {byte:#04X}U"));
-    let content = layout.content().iter().map(|range| match range {
+    let content = layout.content.iter().map(|range| match range {
         (first, last) if first == last => format!("byte == {first:#04X}U"),
         (0, last) => format!("byte <= {last:#04X}U"),
         (first, 0xFF) => format!("byte >= {first:#04X}U"),
@@ -54,41 +52,41 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     });
     let mut by_length = terminators.clone();
     by_length.sort_by_key(|it| std::cmp::Reverse(it.len()));
-    let trailer = layout.trailer().map(|it| {
+    let trailer = layout.trailer.map(|it| {
         context! {
             at => it.at,
             mask => hex(it.mask),
             bytes => it.bytes,
             lowest_bit => hex(it.mask & it.mask.wrapping_neg()),
-            may_be_too_long => layout.longest_without_trailer() + it.bytes > layout.longest(),
+            may_be_too_long => layout.longest_without_trailer() + it.bytes > layout.longest,
         }
     });
-    let length = match layout.length() {
+    let length = match layout.length {
         Length::Field(field) => Some(length(layout, &field)),
         _ => None,
     };
     context! {
-        longest => layout.longest(),
-        shortest => layout.shortest(),
+        longest => layout.longest,
+        shortest => layout.shortest,
         header,
-        is_fixed => layout.length() == Length::Fixed,
-        is_delimited => layout.length() == Length::Delimiter,
+        is_fixed => layout.length == Length::Fixed,
+        is_delimited => layout.length == Length::Delimiter,
         length,
-        sync => patterns(&layout.sync()),
-        terminator => patterns(&layout.terminator()),
+        sync => patterns(&layout.sync),
+        terminator => patterns(&layout.terminator),
         starts => any_of(starts),
         content => any_of(content),
         terminators => terminators.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         by_length => by_length.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         width => terminators.iter().map(|it| it.len()).max().unwrap_or(0),
-        has_others => !layout.other_terminators().is_empty(),
-        may_be_too_short => layout.sync().length + layout.terminator().length < layout.shortest(),
+        has_others => layout.other_terminators[0].length > 0,
+        may_be_too_short => layout.sync.length + layout.terminator.length < layout.shortest,
         in_header => any_of(in_header.into_iter().map(wrong_bits)),
         in_frame => any_of(in_frame.into_iter().map(wrong_bits)),
-        fixed => layout.fixed().iter().copied().map(set_bits).collect::<Vec<_>>(),
-        messages => layout.messages().as_ref().map(|it| messages(it, layout)),
+        fixed => layout.fixed.iter().copied().map(set_bits).collect::<Vec<_>>(),
+        messages => layout.messages.as_ref().map(|it| messages(it, layout)),
         trailer,
-        checksum => layout.checksum().as_ref().map(|it| checksum(it, table)),
+        checksum => layout.checksum.as_ref().map(|it| checksum(it, table)),
     }
 }
 
@@ -113,14 +111,14 @@ const REASONS: [(&str, &str, u8); 7] = [
 ];
 
 /// Returns the template values that concern all kinds together.
-pub(crate) fn program(layouts: &[Layout]) -> Value {
+pub(crate) fn program(layouts: &[CheckedLayout]) -> Value {
     let longest = layouts
         .iter()
-        .map(Layout::longest)
+        .map(|layout| layout.longest)
         .max()
-        .unwrap_or_default();
+        .expect("a description has a kind");
     let is_window = match layouts {
-        [only] => only.length() == Length::Fixed && longest <= LONGEST_WINDOW,
+        [only] => only.length == Length::Fixed && longest <= LONGEST_WINDOW,
         _ => false,
     };
     let most = if is_window { longest } else { 3 * longest };
@@ -130,7 +128,7 @@ pub(crate) fn program(layouts: &[Layout]) -> Value {
         "uint16_t" => 0xFFFF,
         _ => 0x7FFF_FFFF_usize,
     };
-    let occurring: Vec<[bool; 7]> = layouts.iter().map(occurring).collect();
+    let occurring: Vec<[bool; 7]> = layouts.iter().map(|layout| occurring(layout)).collect();
     let occurs = |reason: usize| {
         occurring
             .iter()
@@ -148,47 +146,47 @@ pub(crate) fn program(layouts: &[Layout]) -> Value {
         is_window,
         most_room => greatest - longest,
         is_shared => (0..=u8::MAX).any(|byte| starts(byte) > 1),
-        has_tables => layouts.iter().any(has_tables),
+        has_tables => layouts.iter().any(|layout| has_tables(layout)),
         reasons => reasons.collect::<Vec<_>>(),
     }
 }
 
 fn has_tables(layout: &Layout) -> bool {
     let is_crc = |it: &Checksum| matches!(it.algorithm, Algorithm::Crc(_));
-    layout.messages().is_some() || layout.checksum().as_ref().is_some_and(is_crc)
+    layout.messages.is_some() || layout.checksum.as_ref().is_some_and(is_crc)
 }
 
 /// Returns for each reason whether it can occur.
 fn occurring(layout: &Layout) -> [bool; 7] {
     let header = layout.header();
-    let mut fixed = layout.fixed().iter();
+    let mut fixed = layout.fixed.iter();
     let fixed_in_header = fixed.any(|it| usize::try_from(it.at).is_ok_and(|at| at < header));
-    let mut fixed = layout.fixed().iter();
+    let mut fixed = layout.fixed.iter();
     let fixed_in_frame = fixed.any(|it| usize::try_from(it.at).map_or(true, |at| at >= header));
-    let is_delimited = layout.length() == Length::Delimiter;
+    let is_delimited = layout.length == Length::Delimiter;
     let (mut is_short, mut is_long) = (false, false);
-    if let Length::Field(field) = layout.length() {
+    if let Length::Field(field) = layout.length {
         let (least, most) = limits(layout, &field);
         let (smallest, greatest) = range(layout, &field);
-        let known = layout.messages().map_or(&[][..], |it| it.known);
+        let known = layout.messages.map_or(&[][..], |it| it.known);
         let is_limited = known
             .iter()
             .any(|it| u32::from(it.longest_payload) < greatest);
-        let trailer = layout.trailer().map_or(0, |it| it.bytes);
-        let may_not_fit = layout.longest_without_trailer() + trailer > layout.longest();
+        let trailer = layout.trailer.map_or(0, |it| it.bytes);
+        let may_not_fit = layout.longest_without_trailer() + trailer > layout.longest;
         is_short = smallest < least;
         is_long = is_limited || most < greatest || may_not_fit;
     } else if is_delimited {
-        is_short = layout.sync().length + layout.terminator().length < layout.shortest();
+        is_short = layout.sync.length + layout.terminator.length < layout.shortest;
     }
     [
         true,
-        layout.sync().length > 1,
+        layout.sync.length > 1,
         fixed_in_header || is_short,
         is_long,
-        layout.messages().is_some(),
-        layout.checksum().is_some(),
-        is_delimited || fixed_in_frame || layout.terminator().length > 0,
+        layout.messages.is_some(),
+        layout.checksum.is_some(),
+        is_delimited || fixed_in_frame || layout.terminator.length > 0,
     ]
 }
 
@@ -275,7 +273,7 @@ fn greatest(field: &LengthField) -> u32 {
 
 /// Returns the smallest and the greatest value that a length field can have if the sync is correct.
 fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
-    let in_sync = layout.sync().each().filter_map(|sync| {
+    let in_sync = layout.sync.each().filter_map(|sync| {
         let bytes = sync.get(field.number.at..field.number.end())?;
         let add = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
         let number = match field.number.order {
@@ -297,8 +295,8 @@ fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
 fn limits(layout: &Layout, field: &LengthField) -> (u32, u32) {
     let count = |length: usize| i64::try_from(length).unwrap_or(i64::MAX) - i64::from(field.plus);
     let factor = i64::from(field.factor);
-    let least = (count(layout.shortest()) + factor - 1).max(0) / factor;
-    let most = count(layout.longest()).max(0) / factor;
+    let least = (count(layout.shortest) + factor - 1).max(0) / factor;
+    let most = count(layout.longest).max(0) / factor;
     let number = |it: i64| u32::try_from(it).unwrap_or(u32::MAX);
     (number(least), number(most))
 }
@@ -309,7 +307,7 @@ fn length(layout: &Layout, field: &LengthField) -> Value {
     let read = header_number("bytes", &field.number);
     let all = u32::MAX >> (32 - 8 * field.number.bytes);
     let is_whole = field.mask & all == all;
-    let wide = field.number.bytes > 2 || layout.longest() > 0x5555;
+    let wide = field.number.bytes > 2 || layout.longest > 0x5555;
     let counted = if wide { "(uint32_t)field" } else { "field" };
     let counted = match field.factor {
         1 => counted.to_owned(),
@@ -392,12 +390,12 @@ fn messages(messages: &Messages, layout: &Layout) -> Value {
         messages.known.iter().map(of).collect::<Vec<u64>>()
     };
     let longest = column(|it| it.longest_payload.into());
-    let extra = column(|it| if it.has_extra { it.extra.into() } else { 0x100 });
-    let is_limited = match layout.length() {
+    let extra = column(|it| it.extra.map_or(0x100, u64::from));
+    let is_limited = match layout.length {
         Length::Field(field) => longest.iter().any(|it| *it < greatest(&field).into()),
         _ => false,
     };
-    let has_extra = layout.checksum().is_some() && extra.iter().any(|it| *it < 0x100);
+    let has_extra = layout.checksum.is_some() && extra.iter().any(|it| *it < 0x100);
     context! {
         count => messages.known.len(),
         type => smallest_type(2 * messages.known.len() as u64),

@@ -1,21 +1,21 @@
 //! Generates source code from a [`Description`]: the layout, a struct for the fields of each kind, and functions that
 //! decode and encode frames.
 //!
-//! Each language has a template, which contains the text of the generated program. The code here prepares the values
-//! that the template inserts.
+//! Each language has a template, which contains the text of the generated program. `rust` and `c` compute the values that
+//! the templates insert.
 #![forbid(unsafe_code)]
+#![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
-mod layout;
 mod names;
 mod render;
+mod rust;
 
 use std::collections::HashSet;
 
 use framelock::Format as _;
 use framelock_description::{Class, Description, Field, Kind, Type};
-use framelock_formats::Layout;
-use framelock_formats::layout::{ByteOrder, Length};
+use framelock_formats::layout::{ByteOrder, CheckedLayout, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
 
@@ -26,8 +26,17 @@ use names::{Language, free, module, one_line};
 /// module's name, and `command` is the command that generates it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    let program = Program::new(description, name, command, &names::RUST);
-    render::source(Value::from_serialize(&program), name, &names::RUST)
+    let mut program = Program::new(description, name, command, &names::RUST);
+    for kind in &mut program.kinds {
+        kind.code = rust::value(kind);
+    }
+    let layouts = program
+        .kinds
+        .iter()
+        .map(|kind| format!("{}::LAYOUT", kind.name));
+    let layouts = rust::list(&layouts.collect::<Vec<_>>());
+    let program = context! { layouts, ..Value::from_serialize(&program) };
+    render::source(program, name, render::MODULE)
 }
 
 /// Returns a self-contained C header that receives and encodes the frames of a description. It is valid C99 and C++17.
@@ -35,20 +44,24 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<Layout> = description.kinds.iter().map(|kind| kind.layout).collect();
-    for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
-        kind.layout = c::value(layout, table);
+    let layouts: Vec<CheckedLayout> = program
+        .kinds
+        .iter()
+        .map(|kind| kind.checked_layout)
+        .collect();
+    for kind in &mut program.kinds {
+        kind.layout = c::value(&kind.checked_layout, table);
         for item in &mut kind.items {
             item.in_c = c::access(item);
         }
     }
     let program = context! { ..Value::from_serialize(&program), ..c::program(&layouts) };
-    render::source(program, name, &names::C)
+    render::source(program, name, render::HEADER)
 }
 
-/// The values that a template inserts.
+/// The values from which a program is made.
 #[derive(Serialize)]
-struct Program {
+struct Program<'d> {
     /// The name of the module, or the prefix of a header's names.
     name: String,
     command: String,
@@ -57,18 +70,25 @@ struct Program {
     /// The number of bytes in the longest frame.
     longest: usize,
     has_kinds: bool,
-    kinds: Vec<KindItem>,
+    kinds: Vec<KindItem<'d>>,
 }
 
 /// A kind of frames.
 #[derive(Serialize)]
-struct KindItem {
+struct KindItem<'d> {
     /// The kind's name in the description.
     described_name: String,
     /// The kind's name in the program. In Rust it is the name of the kind's type. In C it is a part of the names of the
     /// kind's type and functions.
     name: String,
+    #[serde(skip)]
+    checked_layout: CheckedLayout<'d>,
+    /// The layout as the template of headers needs it.
     layout: Value,
+    /// The code that the template of modules inserts.
+    code: Value,
+    /// The number of bytes in the longest frame.
+    longest: usize,
     /// The fields whose values differ between frames.
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
@@ -108,8 +128,8 @@ struct Item {
     at: i16,
     /// The number of bytes between the field and the frame's end, if the field takes the rest.
     margin: usize,
-    /// The field's type in the description.
-    described_type: String,
+    /// The field's position and meaning, for a comment.
+    meaning: String,
     /// Whether the field consists of bytes instead of numbers.
     is_text: bool,
     /// Whether the field takes the rest of the frame.
@@ -133,19 +153,17 @@ struct Item {
     mask: Option<u64>,
     /// The index of the mask's lowest bit.
     shift: u32,
-    scale: Option<String>,
-    unit: Option<String>,
     #[serde(flatten)]
     in_c: c::Access,
 }
 
-impl Program {
-    fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
+impl<'d> Program<'d> {
+    fn new(description: &'d Description, name: &str, command: &str, language: &Language) -> Self {
         let has_kinds = description.kinds.len() > 1;
-        let mut taken = language.taken();
+        let mut reserved = language.reserved();
         let kinds = description.kinds.iter().map(|kind| {
             let name = if has_kinds {
-                free(&(language.kind)(&kind.name), &mut taken)
+                free(&(language.kind)(&kind.name), &mut reserved)
             } else {
                 language.message.to_owned()
             };
@@ -162,27 +180,27 @@ impl Program {
     }
 }
 
-impl KindItem {
-    fn new(kind: &Kind, name: String, language: &Language) -> Self {
-        let is_fixed = kind.layout.length() == Length::Fixed;
+impl<'d> KindItem<'d> {
+    fn new(kind: &'d Kind, name: String, language: &Language) -> Self {
+        let is_fixed = kind.layout().length == Length::Fixed;
         let is_cut = |field: &Field| {
             let is_alone = !field.is_appended && field.length().is_some();
             kind.has_truncated_zeros && is_alone && kind.shortest_with(field).is_some()
         };
         let start = if is_fixed {
-            kind.layout.longest()
+            kind.layout().longest
         } else {
             let fields = kind.fields.iter();
             let always =
                 fields.filter(|field| kind.shortest_with(field).is_none() || is_cut(field));
             let least = kind.least_length(always.filter_map(|field| field.end(0)));
-            least.max(kind.layout.shortest())
+            least.max(kind.layout().shortest)
         };
-        let mut taken = language.keywords();
+        let mut used = language.keywords();
         let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
-            let item = Item::new(kind, field, &mut taken);
+            let item = Item::new(kind, field, &mut used);
             Item {
                 least: least.filter(may_be_longer).filter(|_| !is_fixed),
                 needs: item.needs.filter(|_| !is_cut(field)),
@@ -193,7 +211,10 @@ impl KindItem {
         Self {
             described_name: kind.name.clone(),
             name,
-            layout: layout::value(&kind.layout),
+            checked_layout: *kind.layout(),
+            layout: Value::UNDEFINED,
+            code: Value::UNDEFINED,
+            longest: kind.layout().longest,
             borrows: items.iter().any(|item| item.is_rest),
             items,
             start,
@@ -209,16 +230,14 @@ impl KindItem {
 }
 
 impl Item {
-    fn new(kind: &Kind, field: &Field, taken: &mut HashSet<String>) -> Self {
-        let (described_type, bytes, order, first) = match field.kind {
-            Type::Number(number) => {
-                let is_big = number.bytes > 1 && number.order == ByteOrder::Big;
-                let order = if is_big { "be" } else { "le" };
-                (number.to_string(), number.bytes, order, None)
+    fn new(kind: &Kind, field: &Field, used: &mut HashSet<String>) -> Self {
+        let (bytes, order, first) = match field.kind {
+            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
+                (number.bytes, "be", None)
             }
-            Type::Bits { first, width } => (format!("{width} bits"), 0, "", Some(first)),
-            Type::Bytes => ("bytes".into(), 0, "", None),
-            Type::Text => ("text".into(), 0, "", None),
+            Type::Number(number) => (number.bytes, "le", None),
+            Type::Bits { first, .. } => (0, "", Some(first)),
+            Type::Bytes | Type::Text => (0, "", None),
         };
         let class = match field.class() {
             Class::Unsigned => 'u',
@@ -228,12 +247,12 @@ impl Item {
         let width = field.value_width();
         let type_width = width.next_power_of_two().max(8);
         Self {
-            name: free(&names::words(&field.name).join("_"), taken),
+            name: free(&names::words(&field.name).join("_"), used),
             needs: kind.shortest_with(field),
             least: None,
             at: field.at,
             margin: field.margin,
-            described_type,
+            meaning: meaning(field),
             is_text: field.is_text(),
             is_rest: field.length().is_none(),
             is_array: field.is_array(),
@@ -247,9 +266,31 @@ impl Item {
             width,
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
-            scale: field.scale.as_ref().map(ToString::to_string),
-            unit: field.unit.as_ref().map(|unit| one_line(unit)),
             in_c: c::Access::default(),
         }
     }
+}
+
+/// Returns the position and the meaning of a field, for a comment.
+fn meaning(field: &Field) -> String {
+    let place = match field.kind {
+        _ if field.is_appended => "After the frame".to_owned(),
+        Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
+        Type::Bits { first, width } => format!("At {}, bit {first}: {width} bits", field.at),
+        Type::Number(number) => format!("At {}: {number}", field.at),
+        Type::Bytes => format!("At {}: bytes", field.at),
+        Type::Text => format!("At {}: text", field.at),
+    };
+    let mask = field
+        .mask
+        .map_or(String::new(), |mask| format!(", mask {mask:#X}"));
+    let scale = field
+        .scale
+        .as_ref()
+        .map_or(String::new(), |scale| format!("; times {scale}"));
+    let unit = field
+        .unit
+        .as_ref()
+        .map_or(String::new(), |unit| format!("; in `{}`", one_line(unit)));
+    format!("{place}{mask}{scale}{unit}.")
 }

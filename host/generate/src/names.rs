@@ -1,8 +1,8 @@
-//! Describes the target languages, and converts names to valid and unique names in them.
+//! The names that the target languages allow.
 
 use std::collections::HashSet;
 
-/// A target language: the names that it forbids, and the texts from which programs are generated.
+/// A target language: the names that it forbids.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
     /// Names, other than keywords, that no kind can have, because every generated program uses them.
@@ -11,10 +11,6 @@ pub(crate) struct Language {
     pub(crate) kind: fn(&str) -> String,
     /// The name of the kind, if a description has only one kind.
     pub(crate) message: &'static str,
-    /// The template of a program.
-    pub(crate) template: &'static str,
-    /// The helper functions that a program may call.
-    pub(crate) helpers: &'static str,
 }
 
 #[rustfmt::skip]
@@ -25,11 +21,9 @@ pub(crate) const RUST: Language = Language {
         "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super",
         "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
     ],
-    own: &["AnyOf", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification", "LineEvent"],
+    own: &["AnyOf", "CheckedLayout", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification", "LineEvent"],
     kind: camel,
     message: "Message",
-    template: include_str!("../templates/module.rs.j2"),
-    helpers: include_str!("../templates/helpers.rs"),
 };
 
 /// C and C++.
@@ -47,8 +41,6 @@ pub(crate) const C: Language = Language {
     own: &[],
     kind: module,
     message: "message",
-    template: include_str!("../templates/header.h.j2"),
-    helpers: include_str!("../templates/helpers.h"),
 };
 
 impl Language {
@@ -57,16 +49,16 @@ impl Language {
     }
 
     /// Returns the names that no kind can have.
-    pub(crate) fn taken(&self) -> HashSet<String> {
+    pub(crate) fn reserved(&self) -> HashSet<String> {
         let names = self.keywords.iter().chain(self.own);
         names.copied().map(str::to_owned).collect()
     }
 }
 
 /// Returns a name that has not been used yet, and marks it as used. Appends underscores as necessary.
-pub(crate) fn free(name: &str, taken: &mut HashSet<String>) -> String {
+pub(crate) fn free(name: &str, used: &mut HashSet<String>) -> String {
     let mut name = name.to_owned();
-    while !taken.insert(name.clone()) {
+    while !used.insert(name.clone()) {
         name.push('_');
     }
     name

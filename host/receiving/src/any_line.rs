@@ -7,8 +7,9 @@ use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
     BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, Receiver,
 };
-use framelock_formats::AnyOf;
+use framelock_description::Layouts;
 use serde::Serialize;
+use thiserror::Error;
 
 use crate::protocol::{FrameFormat, Protocol};
 
@@ -34,6 +35,19 @@ impl fmt::Display for Policy {
     }
 }
 
+/// A choice of frames and receiver that is not possible.
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
+pub enum LineError {
+    /// The lecture's machine receives only BIN.
+    #[error(
+        "--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out"
+    )]
+    LectureReceivesBin,
+    /// The frames have no bytes.
+    #[error("--frame {0} describes frames of 0 bytes: describe frames of at least one byte")]
+    NoBytes(String),
+}
+
 /// A line with a receiver that is chosen at run time.
 #[derive(Clone, Debug)]
 pub enum AnyLine {
@@ -44,7 +58,7 @@ pub enum AnyLine {
     /// The receiver of BIN-CRC8.
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
-    Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
+    Described(Line<BufferedReceiver<Layouts, Vec<u8>>>),
 }
 
 /// Evaluates an expression with the line inside any variant.
@@ -65,14 +79,15 @@ impl AnyLine {
     /// # Errors
     /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if these frames have
     /// no bytes.
-    pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
+    pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, LineError> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),
-            (Policy::Lecture, None) => Err(lecture_receives_bin()),
+            (Policy::Lecture, None) => Err(LineError::LectureReceivesBin),
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
-                let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
-                let receiver = receiver.ok_or_else(|| no_bytes(protocol))?;
+                let buffer = vec![0; 2 * format.longest()];
+                let receiver = BufferedReceiver::with_buffer(format.clone(), buffer);
+                let receiver = receiver.ok_or_else(|| LineError::NoBytes(protocol.name.clone()))?;
                 Ok(Self::Described(Line::new(receiver)))
             }
         }
@@ -82,12 +97,12 @@ impl AnyLine {
     ///
     /// # Errors
     /// Returns an error if the lecture's machine is chosen and does not receive these frames.
-    pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, String> {
+    pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, LineError> {
         match (policy, format) {
             (Policy::Framelock, FrameFormat::Bin) => Ok(Self::Bin(Line::default())),
             (Policy::Framelock, FrameFormat::BinCrc8) => Ok(Self::BinCrc8(Line::default())),
             (Policy::Lecture, FrameFormat::Bin) => Ok(Self::Lecture(Line::default())),
-            (Policy::Lecture, FrameFormat::BinCrc8) => Err(lecture_receives_bin()),
+            (Policy::Lecture, FrameFormat::BinCrc8) => Err(LineError::LectureReceivesBin),
         }
     }
 
@@ -134,19 +149,8 @@ impl AnyLine {
     }
 }
 
-fn lecture_receives_bin() -> String {
-    "--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out"
-        .to_owned()
-}
-
-fn no_bytes(protocol: &Protocol) -> String {
-    format!("--frame {protocol} describes frames of 0 bytes: describe frames of at least one byte")
-}
-
 /// Converts each frame to its bytes, for `found`.
-fn frame_alone(
-    mut found: impl FnMut(Found<&[u8]>),
-) -> impl FnMut(Found<Frame<'_, AnyOf<'static>>>) {
+fn frame_alone(mut found: impl FnMut(Found<&[u8]>)) -> impl FnMut(Found<Frame<'_, Layouts>>) {
     move |one| found(one.map(|frame| frame.bytes()))
 }
 

@@ -20,7 +20,7 @@
 //! }
 //! assert_eq!((frames.len(), frames[0].from), (1, 1));
 //! assert_eq!(line.pending(), b"AB");
-//! # Ok::<(), String>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
@@ -30,8 +30,8 @@ mod protocol;
 mod standstill;
 mod tracked_line;
 
-pub use any_line::{AnyLine, Policy};
+pub use any_line::{AnyLine, LineError, Policy};
 pub use delivery_check::DeliveryCheck;
-pub use protocol::{FrameFormat, Protocol};
+pub use protocol::{FrameFormat, Protocol, ProtocolError};
 pub use standstill::Standstill;
 pub use tracked_line::{Piece, TrackedLine};

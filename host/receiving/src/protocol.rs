@@ -5,8 +5,9 @@ use std::path::Path;
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, Format as _};
-use framelock_description::{Description, no_such_shipped, read, shipped};
+use framelock_description::{Description, Problem, ReadError, UnknownName, read, shipped};
 use serde::Serialize;
+use thiserror::Error;
 
 /// A format of frames that carry setpoints. The core has a receiver for each of these formats.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -63,6 +64,20 @@ impl FrameFormat {
     }
 }
 
+/// A name for which there is no description.
+#[derive(Debug, Error)]
+pub enum ProtocolError {
+    /// There is neither a shipped description nor a file with this name.
+    #[error("{0}; for another frame, name a file that describes it (see docs/own-frame.md)")]
+    Unknown(UnknownName),
+    /// The file has no description.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The description has a mistake.
+    #[error(transparent)]
+    Description(#[from] Problem),
+}
+
 /// The frames on a line: their name, and their description.
 #[derive(Clone, Debug)]
 pub struct Protocol {
@@ -82,22 +97,20 @@ impl Protocol {
     /// # Errors
     /// Returns an error if there is no such description or file, the file cannot be read, or it does not describe
     /// frames.
-    pub fn named(name: &str) -> Result<Self, String> {
-        match shipped(name) {
-            Some(text) => Self::described(name, text.to_owned()),
-            None if !Path::new(name).exists() => Err(format!(
-                "{}; for another frame, name a file that describes it (see docs/own-frame.md)",
-                no_such_shipped(name)
-            )),
-            None => Self::described(name, read(Path::new(name))?),
-        }
+    pub fn named(name: &str) -> Result<Self, ProtocolError> {
+        let text = match shipped(name) {
+            Ok(text) => text.to_owned(),
+            Err(_) if Path::new(name).exists() => read(Path::new(name))?,
+            Err(unknown) => return Err(ProtocolError::Unknown(unknown)),
+        };
+        Ok(Self::described(name, text)?)
     }
 
     /// Parses a description.
     ///
     /// # Errors
-    /// Returns an error if the text is not a valid description. The error begins with `name:line:column: …`.
-    pub fn described(name: &str, text: String) -> Result<Self, String> {
+    /// Returns an error if the text is not a valid description.
+    pub fn described(name: &str, text: String) -> Result<Self, Problem> {
         Ok(Self {
             name: name.to_owned(),
             setpoints: FrameFormat::named(name),

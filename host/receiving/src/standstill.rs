@@ -1,6 +1,6 @@
 //! The reason why a failsafe does not follow the sender, in words.
 
-use framelock::motion::Phase;
+use framelock::motion::{Pace, Phase};
 
 /// Distinguishes a silent sender from a sender whose frames are too far apart for the failsafe. It compares the counts
 /// of frames at the ends of periods. A period is one second, or twice the failsafe's `hold_after` if that is longer.
@@ -12,13 +12,11 @@ pub struct Standstill {
     /// The beginning of the current period.
     since: u32,
     frames: u64,
-    /// The counts at the beginning of the current period.
+    /// The count at the beginning of the current period.
     frames_before: u64,
-    slow_before: u32,
     /// Whether the last complete period had frames.
     had_frames: bool,
-    /// Whether each of the last two complete periods had slow frames.
-    had_slow: [bool; 2],
+    pace: Pace,
 }
 
 impl Standstill {
@@ -31,9 +29,8 @@ impl Standstill {
             since: 0,
             frames: 0,
             frames_before: 0,
-            slow_before: 0,
             had_frames: false,
-            had_slow: [false; 2],
+            pace: Pace::default(),
         }
     }
 
@@ -43,9 +40,8 @@ impl Standstill {
         self.frames = frames;
         if now.wrapping_sub(self.since) >= self.period {
             self.had_frames = frames != self.frames_before;
-            let [_, last] = self.had_slow;
-            self.had_slow = [last, slow_frames != self.slow_before];
-            (self.since, self.frames_before, self.slow_before) = (now, frames, slow_frames);
+            self.pace.period_ended(slow_frames);
+            (self.since, self.frames_before) = (now, frames);
         }
     }
 
@@ -56,7 +52,7 @@ impl Standstill {
         match phase {
             Phase::Live => None,
             Phase::Approach => Some("moves slowly to the setpoint".to_owned()),
-            _ if self.had_slow == [true; 2] => Some(format!(
+            _ if self.pace.is_slow() => Some(format!(
                 "frames arrive too far apart (fewer than {} a second)",
                 self.frames_per_second
             )),

@@ -16,10 +16,11 @@
 //! in a hundred is lost:
 //!
 //! ```
-//! use framelock_simulation::{Parameters, run_all};
+//! use framelock_simulation::{Parameters, Protocol, run_all};
 //!
 //! # fn main() -> anyhow::Result<()> {
-//! let tally = run_all(&Parameters { lose: 0.01, trials: 4, ..Parameters::DEFAULT })?;
+//! let bin = Protocol::named("bin").map_err(anyhow::Error::msg)?;
+//! let tally = run_all(&bin, &Parameters { lose: 0.01, trials: 4, ..Parameters::DEFAULT })?;
 //! let [lecture, .., framelock] = &tally.receivers[..] else { panic!("four receivers") };
 //! assert!(lecture.lost_intact > 100);
 //! assert_eq!(framelock.lost_intact, 0);
@@ -28,15 +29,19 @@
 //! ```
 //!
 //! [`run_all`] runs all trials, and [`run`] runs one. To watch a trial byte by byte, step through a [`Trial`]. With
-//! the feature `clap`, frame formats, motions and axes can be values of command-line options.
+//! the feature `clap`, motions and axes can be values of command-line options.
 
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "an index out of range is a bug of this program"
+)]
 
 mod byte_faults;
+mod frames;
 mod line;
 mod motion;
 mod parameters;
-mod payload;
 mod random;
 mod sent_frame;
 mod station;
@@ -44,14 +49,14 @@ mod tally;
 mod trial;
 mod uart;
 
-pub use byte_faults::{ByteFaults, FaultCounts, FaultRates};
-pub use framelock_receiving::{FrameFormat, Policy};
+pub use byte_faults::{ByteFaults, FaultRates};
+pub use framelock_receiving::{Policy, Protocol};
+pub use frames::{Payload, Transmission, examples, transmissions};
 pub use line::{check_rate, time_on_line};
 pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
 pub use parameters::Parameters;
-pub use payload::{Payload, Transmission};
 pub use random::Seed;
 pub use sent_frame::Origin;
-pub use station::{Fate, Outcome, Station, StationKind};
-pub use tally::{LineTally, ReceiverTally, Tally};
+pub use station::{Fate, Outcome, ReceiverTally, Station, StationKind};
+pub use tally::{LineTally, Tally};
 pub use trial::{Event, Trial, run, run_all};

@@ -1,9 +1,8 @@
 //! The parameters of a simulation. Together, they determine the simulation's results completely.
 
 use framelock::motion::FailsafeParameters;
-use framelock_receiving::FrameFormat;
 
-use crate::payload::Payload;
+use crate::frames::Payload;
 
 /// All parameters of a simulation. Times, rates and lengths are in the units that users think in. Shares are from 0 to
 /// 1.
@@ -15,8 +14,6 @@ pub struct Parameters {
     pub trials: u32,
     /// The number of frames sent in each trial.
     pub frames: u32,
-    /// The frame format.
-    pub frame: FrameFormat,
     /// The payload that the sender sends.
     pub payload: Payload,
     /// Bits per second, ten for each byte; at least 1.
@@ -46,7 +43,6 @@ impl Parameters {
         seed: 1,
         trials: 32,
         frames: 1_000,
-        frame: FrameFormat::Bin,
         payload: Payload::Motion,
         baud: 115_200,
         rate: 50.0,

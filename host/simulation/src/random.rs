@@ -13,12 +13,10 @@ pub(crate) enum Purpose {
     BurstLevels = 3,
     Sender = 4,
     Losses = 5,
-    Duplicates = 6,
     /// Values drawn once per trial.
     Once = 7,
     ByteFlips = 8,
-    Insertions = 9,
-    /// The bit that is inverted, and the value of an inserted byte.
+    /// The bit that is inverted.
     FaultValues = 10,
 }
 

@@ -1,7 +1,7 @@
 //! A sent frame, and which of its bytes really arrived. The simulation knows this, but no receiver
 //! does.
 
-use crate::payload::Transmission;
+use crate::frames::Transmission;
 use crate::uart::BITS_PER_BYTE;
 
 /// A byte's position among the bytes sent.

@@ -4,11 +4,10 @@
 use anyhow::{Error, Result};
 use framelock::LineEvent;
 use framelock::motion::{Failsafe, Output, Phase, Setpoint};
-use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Policy};
+use framelock_receiving::{AnyLine, DeliveryCheck, Policy, Protocol};
 
 use crate::parameters::Parameters;
 use crate::sent_frame::SentFrame;
-use crate::tally::ReceiverTally;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
 /// A kind of station: the policy of its receiver, and whether it has an idle-gap rule.
@@ -21,20 +20,20 @@ pub struct StationKind {
 }
 
 impl StationKind {
-    /// Returns all stations that receive the format. For BIN these are the lecture's machine and then framelock's
+    /// Returns all stations that receive the frames. For BIN these are the lecture's machine and then framelock's
     /// receiver. Each receiver comes twice: first without an idle-gap rule, then with such a rule.
     #[must_use]
-    pub fn of(format: FrameFormat) -> Vec<Self> {
-        let both = |policy| {
-            [false, true].map(|has_idle_gap| Self {
-                policy,
-                has_idle_gap,
-            })
-        };
-        match format {
-            FrameFormat::Bin => [both(Policy::Lecture), both(Policy::Framelock)].concat(),
-            FrameFormat::BinCrc8 => both(Policy::Framelock).to_vec(),
+    pub fn all(protocol: &Protocol) -> Vec<Self> {
+        let mut kinds = Vec::new();
+        for policy in [Policy::Lecture, Policy::Framelock] {
+            if AnyLine::new(protocol, policy).is_ok() {
+                kinds.extend([false, true].map(|has_idle_gap| Self {
+                    policy,
+                    has_idle_gap,
+                }));
+            }
         }
+        kinds
     }
 }
 
@@ -69,9 +68,33 @@ pub enum Fate {
     Wrong,
 }
 
+/// Counts of what happened at one receiver and at the failsafe that follows it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ReceiverTally {
+    /// The kind of the station.
+    pub kind: StationKind,
+    /// Frames whose setpoint the receiver delivered with the frame's own last byte.
+    pub delivered: u64,
+    /// Frames that arrived intact and that the receiver did not deliver.
+    pub lost_intact: u64,
+    /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
+    /// another setpoint.
+    pub wrong_setpoints: u64,
+    /// All other deliveries of something that is not a sent frame.
+    pub false_frames: u64,
+    /// Bytes that belong to no delivered frame.
+    pub bytes_discarded: u64,
+    /// Trials at whose end the receiver was deaf: it had lost an intact frame since its last delivery of a frame.
+    pub deaf: u64,
+    /// The longest time without a delivery, in microseconds.
+    pub longest_silence: u64,
+    /// How often the failsafe took over, because frames stopped coming.
+    pub engagements: u64,
+}
+
 /// A receiver and its failsafe.
 pub struct Station {
-    format: FrameFormat,
+    protocol: Protocol,
     receiver: AnyLine,
     /// The number of bytes received.
     received: usize,
@@ -97,12 +120,16 @@ pub struct Station {
 }
 
 impl Station {
-    pub(crate) fn new(parameters: &Parameters, kind: StationKind) -> Result<Self> {
+    pub(crate) fn new(
+        protocol: &Protocol,
+        parameters: &Parameters,
+        kind: StationKind,
+    ) -> Result<Self> {
         // Receiving the byte that ends the gap takes one byte time.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
-        let receiver = AnyLine::of_setpoints(parameters.frame, kind.policy);
+        let receiver = AnyLine::new(protocol, kind.policy);
         Ok(Self {
-            format: parameters.frame,
+            protocol: protocol.clone(),
             receiver: receiver.map_err(Error::msg)?,
             received: 0,
             check: DeliveryCheck::default(),
@@ -131,7 +158,7 @@ impl Station {
         }
         self.idle_from = at.saturating_add(self.idle_limit);
         self.received += 1;
-        let arrived = self.received.saturating_sub(self.format.length())..self.received;
+        let arrived = self.received.saturating_sub(self.protocol.longest())..self.received;
         if let Some(sent) = ended {
             let frame = (sent.number, sent.transmission.setpoint);
             self.check.arrived(arrived.clone(), frame);
@@ -141,8 +168,9 @@ impl Station {
         while self.check.missed(arrived.start).is_some() {}
         let mut committed = None;
         self.receiver.feed(&[byte], |found| {
-            let frame = found.message();
-            committed = frame.and_then(|frame| self.format.setpoint(frame));
+            committed = found
+                .message()
+                .and_then(|frame| self.protocol.setpoint(frame));
         });
         let Some(setpoint) = committed else {
             return Outcome::Pending(self.pending());

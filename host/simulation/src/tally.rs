@@ -1,6 +1,6 @@
 //! The counts of a simulation.
 
-use crate::station::StationKind;
+use crate::station::ReceiverTally;
 
 /// Counts of events on the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -17,30 +17,6 @@ pub struct LineTally {
     pub bytes_lost: u64,
     /// Framing errors that the UART reported.
     pub framing_errors: u64,
-}
-
-/// Counts of what happened at one receiver and at the failsafe that follows it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct ReceiverTally {
-    /// The kind of the station.
-    pub kind: StationKind,
-    /// Frames whose setpoint the receiver delivered with the frame's own last byte.
-    pub delivered: u64,
-    /// Frames that arrived intact and that the receiver did not deliver.
-    pub lost_intact: u64,
-    /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
-    /// another setpoint.
-    pub wrong_setpoints: u64,
-    /// All other deliveries of something that is not a sent frame.
-    pub false_frames: u64,
-    /// Bytes that belong to no delivered frame.
-    pub bytes_discarded: u64,
-    /// Trials at whose end the receiver was deaf: it had lost an intact frame since its last delivery of a frame.
-    pub deaf: u64,
-    /// The longest time without a delivery, in microseconds.
-    pub longest_silence: u64,
-    /// How often the failsafe took over, because frames stopped coming.
-    pub engagements: u64,
 }
 
 /// Counts from any number of trials with the same parameters.

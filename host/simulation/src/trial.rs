@@ -2,15 +2,16 @@
 
 use std::collections::VecDeque;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use framelock::LineEvent;
 use framelock::motion::Output;
+use framelock_receiving::Protocol;
 use rand::Rng;
 
 use crate::byte_faults::{ByteFaults, FaultRates};
+use crate::frames::{Transmission, transmissions};
 use crate::line::{NoisyLine, check_rate};
 use crate::parameters::Parameters;
-use crate::payload::{Transmission, frames};
 use crate::random::{Purpose, Seed, whole};
 use crate::sent_frame::{Origin, SentFrame};
 use crate::station::{Fate, Outcome, Station, StationKind};
@@ -42,34 +43,38 @@ pub enum Event {
     },
 }
 
-/// Runs all trials.
+/// Runs all trials of a sender of these frames.
 ///
 /// # Errors
-/// Returns an error if the parameters contradict each other.
-pub fn run_all(parameters: &Parameters) -> Result<Tally> {
+/// Returns an error if the parameters contradict each other, or the frames have no setpoints.
+pub fn run_all(protocol: &Protocol, parameters: &Parameters) -> Result<Tally> {
     (0..parameters.trials).try_fold(Tally::default(), |sum, number| {
-        let trial = run(parameters, number.into(), false)?;
-        Ok(sum.and(trial.tally()))
+        Ok(sum.and(run(protocol, parameters, number.into())?))
     })
 }
 
-/// Runs trial `number` to its end. If `is_watched`, the trial contains all its events.
+/// Runs trial `number` to its end.
 ///
 /// # Errors
-/// Returns an error if the parameters contradict each other.
-pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Trial> {
+/// Returns an error if the parameters contradict each other, or the frames have no setpoints.
+pub fn run(protocol: &Protocol, parameters: &Parameters, number: u64) -> Result<Tally> {
     let seed = Seed {
         seed: parameters.seed,
         trial: number,
     };
     let rates = FaultRates {
         drop: parameters.lose,
-        ..FaultRates::default()
+        flip: 0.0,
     };
-    let mut trial = Trial::new(parameters, seed, rates, &StationKind::of(parameters.frame))?;
-    trial.events = is_watched.then(Vec::new);
-    trial.send_all(parameters, seed);
-    Ok(trial)
+    let mut trial = Trial::new(
+        protocol,
+        parameters,
+        seed,
+        rates,
+        &StationKind::all(protocol),
+    )?;
+    trial.send_all(protocol, parameters, seed);
+    Ok(trial.tally())
 }
 
 /// A trial that can be stopped at any bit. Time is counted in the sender's bits. The results do not
@@ -99,17 +104,24 @@ impl Trial {
     /// after the UART.
     ///
     /// # Errors
-    /// Returns an error if the parameters contradict each other, or a station cannot receive the frame format.
+    /// Returns an error if the parameters contradict each other, the frames have no setpoints, or a station cannot
+    /// receive the frames.
     pub fn new(
+        protocol: &Protocol,
         parameters: &Parameters,
         seed: Seed,
         rates: FaultRates,
         stations: &[StationKind],
     ) -> Result<Self> {
-        let length = parameters.frame.length();
-        check_rate(parameters.rate, length, parameters.baud, 1e3)?;
+        ensure!(
+            protocol.has_setpoints(),
+            "frames of {protocol} have no pitch, roll and yaw: give --frame bin or --frame bin-crc8"
+        );
+        check_rate(parameters.rate, protocol.longest(), parameters.baud, 1e3)?;
         let phase = seed.random(Purpose::Once).random_range(0..TICK);
-        let stations = stations.iter().map(|&kind| Station::new(parameters, kind));
+        let stations = stations
+            .iter()
+            .map(|&kind| Station::new(protocol, parameters, kind));
         Ok(Self {
             events: None,
             is_faulty: true,
@@ -126,9 +138,12 @@ impl Trial {
     }
 
     /// Sends the frames of the parameters, and runs until they have arrived completely.
-    pub fn send_all(&mut self, parameters: &Parameters, seed: Seed) {
+    pub fn send_all(&mut self, protocol: &Protocol, parameters: &Parameters, seed: Seed) {
         let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
-        for (number, frame) in (0..parameters.frames).zip(frames(parameters, seed)) {
+        // The motion takes two seconds from one point to the next.
+        let slots_per_leg = whole(2.0 * parameters.rate).max(1);
+        let frames = transmissions(protocol, parameters.payload, seed, slots_per_leg);
+        for (number, frame) in (0..parameters.frames).zip(frames) {
             self.advance_to(whole(f64::from(number) * bits_per_frame));
             self.send(number.into(), frame);
         }
@@ -191,8 +206,7 @@ impl Trial {
         let Some(current) = self.frames.back_mut() else {
             return;
         };
-        let byte = current.transmission.bytes.get(current.sent);
-        self.line.send(byte.copied().unwrap_or_default());
+        self.line.send(current.transmission.bytes[current.sent]);
         self.tally.bytes_sent += 1;
         current.sent += 1;
         if current.is_sent() {
@@ -235,18 +249,12 @@ impl Trial {
         let mut frames = self.frames.iter();
         let sent = frames.find_map(|frame| frame.byte_at(bit));
         let is_lost = sent.is_some_and(|(origin, _)| self.lost == Some(origin));
-        let [inserted, received, again] = match self.is_faulty {
-            _ if is_lost => [None; 3],
+        let received = match self.is_faulty {
+            _ if is_lost => None,
             true => self.faults.carry(byte),
-            false => [None, Some(byte), None],
+            false => Some(byte),
         };
-        if inserted.is_some() {
-            self.deliver(at, inserted, None);
-        }
         self.deliver(at, received, sent);
-        if again.is_some() {
-            self.deliver(at, again, sent);
-        }
         if let Some((Origin { frame, place }, _)) = sent {
             self.end(frame, place);
         }
@@ -255,8 +263,7 @@ impl Trial {
     /// Handles the arrival or the loss of byte `place` of frame `number`. If the byte is the frame's last one,
     /// reports the frame's outcome at each station.
     fn end(&mut self, number: u64, place: usize) {
-        let is_it = |sent: &&SentFrame| sent.number == number;
-        let frame = self.frames.iter().find(is_it);
+        let frame = self.frames.iter().find(|sent| sent.number == number);
         if let Some(frame) = frame.filter(|frame| place + 1 == frame.transmission.bytes.len()) {
             let stations = self.stations.iter_mut();
             let fates = stations.map(|station| station.fate(frame)).collect();

@@ -16,8 +16,11 @@
 //! ```
 
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "an index out of range is a bug of this program"
+)]
 
-mod frame;
 mod line;
 mod machine;
 mod places;
@@ -54,7 +57,9 @@ pub fn frames() -> String {
 #[must_use]
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn problem(description: &str) -> String {
-    let protocol = frame::described(scenario::OWN, description);
-    let line = protocol.and_then(|protocol| AnyLine::new(&protocol, Policy::Framelock));
+    let protocol = scenario::described(scenario::OWN, description);
+    let line = protocol.and_then(|protocol| {
+        AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())
+    });
     line.err().unwrap_or_default()
 }

@@ -1,16 +1,18 @@
 //! The line: each byte sent, and the byte that arrives.
 
 use framelock::{Found, LineEvent};
-use framelock_receiving::{AnyLine, FrameFormat, Policy, Protocol};
-use framelock_simulation::{ByteFaults, Event, FaultRates, Parameters, Seed, run};
+use framelock_receiving::{AnyLine, Policy, Protocol};
+use framelock_simulation::{Seed, examples, transmissions};
 
-use crate::frame::examples;
 use crate::scenario::{Action, Scenario};
 
 /// The time of a byte on the line and the pause after a frame, in microseconds. The line has 1200
 /// baud, which is slow enough to watch.
 const BYTE: u64 = 8_333;
 const PAUSE: u64 = 5 * BYTE;
+
+/// The number of frames that the motion takes from one point to the next.
+const SLOTS_PER_LEG: u64 = 20;
 
 /// A byte on the line.
 pub(crate) struct Cell {
@@ -38,29 +40,40 @@ impl Cell {
 
 /// Returns the line of a scenario.
 pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>, String> {
-    let bytes = match protocol.setpoints {
-        _ if !scenario.own.is_empty() => scenario.own.clone(),
-        Some(format) => simulated(scenario, format)?,
-        None => examples(&protocol.description, scenario.frames, scenario.seed),
+    let bytes = if scenario.own.is_empty() {
+        frames(scenario, protocol)
+    } else {
+        scenario.own.clone()
     };
     let mut cells = sent(&bytes, protocol)?;
-    if scenario.lose + scenario.flip > 0.0 {
-        let rates = FaultRates {
-            drop: scenario.lose,
-            flip: scenario.flip,
-            ..FaultRates::default()
-        };
-        let (seed, trial) = (scenario.seed, 0);
-        let mut faults = ByteFaults::new(rates, Seed { seed, trial });
-        for cell in &mut cells {
-            let carried = cell.sent.map(|byte| faults.carry(byte));
-            cell.received = carried.and_then(|[_, received, _]| received);
-        }
-    }
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
     }
     Ok(cells)
+}
+
+/// Returns the frames that the sender sends: frames of setpoints with the scenario's payload, or examples.
+fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<u8> {
+    let count = scenario.frames as usize;
+    if protocol.has_setpoints() {
+        let (seed, trial) = (scenario.seed, 0);
+        let frames = transmissions(
+            protocol,
+            scenario.payload,
+            Seed { seed, trial },
+            SLOTS_PER_LEG,
+        );
+        return frames.take(count).flat_map(|frame| frame.bytes).collect();
+    }
+    let mut stream = Vec::new();
+    for frame in examples(&protocol.description, scenario.seed).take(count) {
+        stream.extend(frame);
+        // Frames of the user's own may be long, so limit the stream.
+        if stream.len() > 1 << 16 {
+            break;
+        }
+    }
+    stream
 }
 
 fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
@@ -82,17 +95,18 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
     let mut cells: Vec<Cell> = cells.collect();
-    let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
-    let mut settled = 0;
-    let mut decided = |found: Found<&[u8]>| {
-        settled += found.bytes();
-        if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
+    let mut receiver =
+        AnyLine::new(protocol, Policy::Framelock).map_err(|error| error.to_string())?;
+    let mut decided = 0;
+    let mut on_outcome = |found: Found<&[u8]>| {
+        decided += found.bytes();
+        if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(decided - 1)) {
             last.ends = u32::try_from(length).unwrap_or(u32::MAX);
         }
     };
-    receiver.feed(bytes, &mut decided);
+    receiver.feed(bytes, &mut on_outcome);
     // The line ends after the last byte.
-    receiver.line_event(LineEvent::Idle, decided);
+    receiver.line_event(LineEvent::Idle, on_outcome);
     let mut now = 0;
     for cell in &mut cells {
         now += BYTE;
@@ -100,23 +114,4 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
         now += if cell.ends > 0 { PAUSE } else { 0 };
     }
     Ok(cells)
-}
-
-/// Returns the bytes that the simulation's sender sends.
-fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String> {
-    let parameters = Parameters {
-        seed: scenario.seed,
-        frame,
-        payload: scenario.payload,
-        frames: scenario.frames,
-        rate: 10.0,
-        ..Parameters::DEFAULT
-    };
-    let trial = run(&parameters, 0, true).map_err(|error| error.to_string())?;
-    let events = trial.events.into_iter().flatten();
-    let received = events.filter_map(|event| match event {
-        Event::Byte { received, .. } => received,
-        Event::Frame { .. } => None,
-    });
-    Ok(received.collect())
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 use framelock::lecture::Lecture;
 use framelock::motion::{Failsafe, FailsafeParameters, Output, Setpoint};
 use framelock::{DiscardReason, LineEvent};
-use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, Standstill, TrackedLine};
+use framelock_receiving::{AnyLine, DeliveryCheck, Piece, Protocol, Standstill, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
@@ -41,7 +41,7 @@ pub(crate) struct Tally {
 #[derive(Clone)]
 pub(crate) struct Machine {
     pub(crate) line: TrackedLine,
-    setpoints: Option<FrameFormat>,
+    protocol: Protocol,
     failsafe: Failsafe<u8, 3>,
     pub(crate) output: Output<u8, 3>,
     pub(crate) standstill: Standstill,
@@ -80,11 +80,11 @@ impl fmt::Display for Fate {
 }
 
 impl Machine {
-    pub(crate) fn new(line: AnyLine, setpoints: Option<FrameFormat>) -> Self {
+    pub(crate) fn new(line: AnyLine, protocol: Protocol) -> Self {
         let mut failsafe = Failsafe::new(FAILSAFE, 0).expect("the parameters do not contradict");
         Self {
             line: TrackedLine::new(line),
-            setpoints,
+            protocol,
             output: failsafe.poll(0),
             failsafe,
             standstill: Standstill::new(1_000, FAILSAFE.hold_after),
@@ -124,7 +124,7 @@ impl Machine {
 
     /// Returns the setpoint delivered last.
     pub(crate) fn setpoint(&self) -> Option<Setpoint> {
-        self.setpoints?.setpoint(&self.frame)
+        self.protocol.setpoint(&self.frame)
     }
 
     /// Returns the machine's name.

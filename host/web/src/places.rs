@@ -13,7 +13,7 @@ pub(crate) const MOST: usize = 64;
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {
-        let classification = kind.layout.classify(bytes);
+        let classification = kind.layout().classify(bytes);
         if matches!(classification, Classification::Rejected(_)) && !bytes.is_empty() {
             continue;
         }
@@ -37,19 +37,19 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
 }
 
 fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<String> {
-    let (layout, header) = (&kind.layout, kind.layout.header());
-    let is_fixed = layout.length() == Length::Fixed;
+    let (layout, header) = (kind.layout(), kind.layout().header());
+    let is_fixed = layout.length == Length::Fixed;
     // Whether the frame's length is known. Without the length, the positions of parts that are
     // counted from the frame's end are unknown.
-    let is_known = is_fixed || bytes.len() >= header && layout.length() != Length::Delimiter;
+    let is_known = is_fixed || bytes.len() >= header && layout.length != Length::Delimiter;
     let whole = match classification {
-        _ if is_fixed => layout.longest(),
+        _ if is_fixed => layout.longest,
         Classification::Incomplete { at_least } => at_least.max(header),
         _ => header,
     };
-    let trailer = layout.trailer().filter(|_| is_known);
+    let trailer = layout.trailer.filter(|_| is_known);
     let alone = whole - trailer.map_or(0, |it| it.bytes_after(bytes)).min(whole);
-    let positions = kind.positions(alone, is_known);
+    let positions = kind.parts(alone, is_known);
     let appended = kind.fields.iter().find(|field| field.is_appended);
     let name = |byte: usize| {
         let here = positions.iter().filter(|(_, bytes)| bytes.contains(&byte));

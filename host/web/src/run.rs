@@ -3,7 +3,6 @@
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::frame::protocol;
 use crate::line::{Cell, line};
 use crate::machine::Machine;
 use crate::scenario::{Action, Scenario};
@@ -58,12 +57,13 @@ impl Run {
     /// Returns an error if the address is malformed.
     pub fn open(address: &str) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
-        let protocol = protocol(&scenario)?;
+        let protocol = scenario.protocol()?;
         // The lecture's machine does not receive all frames.
         let lecture = AnyLine::new(&protocol, Policy::Lecture).ok();
-        let framelock = AnyLine::new(&protocol, Policy::Framelock)?;
+        let framelock =
+            AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())?;
         let lines = lecture.into_iter().chain([framelock]);
-        let machines = lines.map(|line| Machine::new(line, protocol.setpoints));
+        let machines = lines.map(|line| Machine::new(line, protocol.clone()));
         let mut state = State {
             machines: machines.collect(),
             position: 0,
@@ -132,7 +132,7 @@ impl Run {
 
     /// Returns the view at `position` as JSON, with the line's cells `from..to`.
     pub fn view(&self, position: usize, from: usize, to: usize) -> String {
-        self.seen(position, from..to).to_string()
+        self.json(position, from..to).to_string()
     }
 }
 

@@ -4,7 +4,8 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use framelock_description::{hex, shipped};
+use framelock_description::{Problem, hex, shipped};
+use framelock_receiving::Protocol;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
@@ -24,9 +25,6 @@ pub(crate) struct Scenario {
     /// The payload of setpoint frames. Other frames carry random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
-    /// The probability that a byte is lost, and the probability that one of its bits is inverted.
-    pub(crate) lose: f64,
-    pub(crate) flip: f64,
     pub(crate) seed: u64,
     /// True if the machines drop pending bytes when the line is idle.
     pub(crate) idle: bool,
@@ -46,8 +44,6 @@ impl Default for Scenario {
             description: EXAMPLE.to_owned(),
             payload: Payload::Motion,
             frames: 40,
-            lose: 0.0,
-            flip: 0.0,
             seed: 1,
             idle: false,
             own: Vec::new(),
@@ -70,37 +66,41 @@ impl Scenario {
         Ok(())
     }
 
+    /// Returns the protocol of the frames.
+    pub(crate) fn protocol(&self) -> Result<Protocol, String> {
+        let text = shipped(&self.frame).unwrap_or(&self.description);
+        described(&self.frame, text)
+    }
+
     /// Sets one key. The error says which value is expected.
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
-            "frame" if value == OWN || shipped(value).is_some() => {
+            "frame" if value == OWN || shipped(value).is_ok() => {
                 value.clone_into(&mut self.frame);
             }
             "frame" => return Err("expected a frame's name, such as bin, crsf or own".to_owned()),
             "description" => {
                 let text = percent_decode_str(value).decode_utf8().ok();
-                let text = text.filter(|text| text.len() <= 1 << 14);
-                self.description = text
+                let short = text.filter(|text| text.len() <= 1 << 14);
+                self.description = short
                     .ok_or("expected a description of up to 16384 bytes")?
                     .into();
             }
             "payload" => self.payload = value.parse().map_err(|error| format!("{error}"))?,
             "frames" => self.frames = number(value, 1..=2_000)?,
-            "lose" => self.lose = number(value, 0.0..=1.0)?,
-            "flip" => self.flip = number(value, 0.0..=1.0)?,
             "seed" => self.seed = number(value, 0..=u64::MAX)?,
             "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
             "idle" => return Err("expected on or off".to_owned()),
             "bytes" => {
-                let own = hex::parse(&[value])?;
+                let own = hex::parse(&[value]).map_err(|error| error.to_string())?;
                 if own.len() > 4_096 {
                     return Err("expected up to 4096 bytes".to_owned());
                 }
                 self.own = own;
             }
             "edits" => {
-                let edits = value.split('.').filter(|edit| !edit.is_empty());
-                let edits = edits.map(edit).collect::<Option<_>>();
+                let texts = value.split('.').filter(|text| !text.is_empty());
+                let edits = texts.map(edit).collect::<Option<_>>();
                 self.edits = edits.ok_or("expected edits such as 21d.30f04.40i41")?;
             }
             "at" => self.at = number(value, 0..=usize::MAX)?,
@@ -117,6 +117,19 @@ where
     let number = text.parse().ok().filter(|number| range.contains(number));
     let (least, most) = range.into_inner();
     number.ok_or_else(|| format!("expected a number from {least} to {most}"))
+}
+
+/// Parses a description of frames. An error begins with the line and column of the mistake.
+pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
+    Protocol::described(name, text.to_owned()).map_err(|problem| {
+        let Problem {
+            line,
+            column,
+            mistake,
+            ..
+        } = problem;
+        format!("Line {line}, column {column}: {mistake}")
+    })
 }
 
 impl FromStr for Scenario {
@@ -146,8 +159,6 @@ impl fmt::Display for Scenario {
         for (key, value, usual) in [
             ("payload", self.payload.to_string(), "motion"),
             ("frames", self.frames.to_string(), "40"),
-            ("lose", self.lose.to_string(), "0"),
-            ("flip", self.flip.to_string(), "0"),
             ("seed", self.seed.to_string(), "1"),
             ("idle", if self.idle { "on" } else { "" }.to_owned(), ""),
             ("bytes", own.concat(), ""),

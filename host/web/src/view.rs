@@ -20,25 +20,23 @@ const MISSED_BY_FRAMELOCK: &str =
 
 impl Run {
     /// Returns the view of a position, with the cells at these places on the line.
-    pub(crate) fn seen(&self, position: usize, places: Range<usize>) -> Value {
-        let position = position.min(self.positions());
-        let places = places.start..places.end.min(self.cells.len());
-        let mut state = self.saved_before(places.start.min(position));
-        let seen = self.cells.get(places.clone()).unwrap_or_default();
-        let mut fates = vec![vec![None; state.machines.len()]; seen.len()];
-        while state.position < position {
-            if let Some(place) = state.position.checked_sub(places.start)
-                && let (Some(fates), Some(cell)) = (fates.get_mut(place), seen.get(place))
-            {
-                fates.fill(cell.received.map(|_| "pending".to_owned()));
+    pub(crate) fn json(&self, position: usize, places: Range<usize>) -> Value {
+        let last = position.min(self.positions());
+        let end = places.end.min(self.cells.len());
+        let from = places.start.min(end);
+        let mut state = self.saved_before(from.min(last));
+        // The fates of each cell, one for each machine.
+        let mut fates = vec![vec![None; state.machines.len()]; end - from];
+        while state.position < last {
+            if (from..end).contains(&state.position) {
+                let received = self.cells[state.position].received;
+                fates[state.position - from].fill(received.map(|_| "pending".to_owned()));
             }
             self.step(&mut state);
-            for (nth, machine) in state.machines.iter().enumerate() {
+            for (number, machine) in state.machines.iter().enumerate() {
                 for (place, fate) in &machine.fates {
-                    let place = place.checked_sub(places.start);
-                    let fates = place.and_then(|place| fates.get_mut(place));
-                    if let Some(known) = fates.and_then(|fates| fates.get_mut(nth)) {
-                        *known = Some(fate.to_string());
+                    if (from..end).contains(place) {
+                        fates[place - from][number] = Some(fate.to_string());
                     }
                 }
             }
@@ -49,30 +47,30 @@ impl Run {
             let ends = next.find(|(cell, _)| cell.ends > 0);
             ends.is_some_and(|(cell, length)| cell.ends == length)
         };
-        let cells = places.zip(seen).zip(fates).map(|((place, cell), fates)| {
+        let cells = (from..end).zip(&self.cells[from..end]).zip(fates);
+        let cells_json = cells.map(|((place, cell), fates)| {
             json!({
                 "place": place, "sent": cell.sent, "received": cell.received, "kind": kind(cell),
                 "begins": begins(place), "fates": fates,
             })
         });
-        let cells: Vec<Value> = cells.collect();
-        let machines = state.machines.iter();
-        let machines: Vec<Value> = machines.map(|one| self.machine(one, state.now)).collect();
-        let sentence = self.sentence(position, &state.machines);
+        let machines = state
+            .machines
+            .iter()
+            .map(|machine| self.machine(machine, state.now));
         json!({
-            "position": position, "positions": self.positions(), "bytes": self.cells.len(),
-            "seconds": f64::from(state.now) / 1e3, "sentence": sentence,
-            "holds": self.holds(), "cells": cells, "machines": machines,
+            "position": last, "positions": self.positions(), "bytes": self.cells.len(),
+            "seconds": f64::from(state.now) / 1e3, "sentence": self.sentence(last, &state.machines),
+            "holds": self.holds(), "cells": cells_json.collect::<Value>(), "machines": machines.collect::<Value>(),
         })
     }
 
     /// Returns the positions at which playing stops until the user continues. Playing stops after the first byte that
     /// the line loses, alters or inserts, and after the first intact frame that a machine misses.
     fn holds(&self) -> Vec<usize> {
-        let mut cells = self.cells.iter();
-        let fault = cells.position(|cell| kind(cell) != "as sent");
-        let fault = fault.map(|place| place + 1);
-        let mut holds: Vec<usize> = fault.into_iter().chain(self.first_missed).collect();
+        let fault = self.cells.iter().position(|cell| kind(cell) != "as sent");
+        let after_fault = fault.map(|place| place + 1);
+        let mut holds: Vec<usize> = after_fault.into_iter().chain(self.first_missed).collect();
         holds.sort_unstable();
         holds
     }
@@ -132,7 +130,7 @@ impl Run {
             Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
             None => bytes.get(3 + axis).copied(),
         };
-        let axes = self.protocol.setpoints.map(|_| {
+        let axes = self.protocol.has_setpoints().then(|| {
             json!({
                 "temporary": [stored(0), stored(1), stored(2)],
                 "setpoint": machine.setpoint(),
@@ -183,7 +181,7 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     };
     let has_kinds = description.has_kinds();
     let name = has_kinds.then(|| [KIND, kind.name_of(bytes), ""].map(str::to_owned));
-    let fields = kind.shown(bytes).map(|(field, content)| {
+    let fields = kind.values(bytes).map(|(field, content)| {
         let values: Vec<String> = content.values().map(|value| value.to_string()).collect();
         let unit = field.unit.clone().unwrap_or_default();
         [field.name.clone(), values.join(" "), unit]
@@ -194,21 +192,21 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
 /// Describes the machine's last step.
 fn what(description: &Description, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
-    let told = || {
+    let frame = || {
         let fields = fields(description, &machine.frame).into_iter();
         let fields: Vec<String> = fields
-            .map(|it| it.join(" ").trim_end().to_owned())
+            .map(|field| field.join(" ").trim_end().to_owned())
             .collect();
-        let told = fields.join(", ");
-        match told.split_at_checked(80) {
-            Some((told, _)) => format!("{told}..."),
-            None => told,
+        let text = fields.join(", ");
+        match text.split_at_checked(80) {
+            Some((beginning, _)) => format!("{beginning}..."),
+            None => text,
         }
     };
     if has(Fate::Delivered) {
-        format!("delivers a frame: {}", told())
+        format!("delivers a frame: {}", frame())
     } else if has(Fate::Wrong) {
-        format!("delivers a frame that nobody sent: {}", told())
+        format!("delivers a frame that nobody sent: {}", frame())
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
     } else if let Some(lecture) = machine.lecture() {

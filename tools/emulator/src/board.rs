@@ -13,11 +13,11 @@ use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 
 use crate::assumptions::Assumptions;
 use crate::bus::{Shared, address_space};
-use crate::chip::{Chip, ResetCause};
+use crate::chip::Chip;
 use crate::error::{Error, Refusal, Result};
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
-use crate::trace::{Change, Handlers, Step, Trace};
+use crate::trace::{Change, Handlers, ResetCause, Step, Trace};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;

@@ -12,39 +12,12 @@ use crate::ppi::Ppi;
 use crate::pwm::Pwm;
 use crate::rtc::Rtc;
 use crate::timer::Timer;
+use crate::trace::ResetCause;
 use crate::uarte::{Reception, Transmission};
 use crate::watchdog::Watchdog;
 
 /// The limit on the number of events at one instant. More events count as a loop.
 const MOST_EVENTS: usize = 1000;
-
-/// Why the chip was reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ResetCause {
-    /// The reset pin was pulled: [`crate::Board::reset`].
-    Pin,
-    /// The watchdog was not fed.
-    Watchdog,
-    /// The firmware requested the reset (AIRCR.SYSRESETREQ).
-    Soft,
-    /// The core locked up, because a handler of faults itself had a fault. See [`crate::Board::let_faults_be_handled`].
-    Lockup,
-    /// The supply was too low for a moment: [`crate::Board::brown_out`].
-    BrownOut,
-}
-
-impl std::fmt::Display for ResetCause {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Pin => "pin",
-            Self::Watchdog => "watchdog",
-            Self::Soft => "soft",
-            Self::Lockup => "lockup",
-            Self::BrownOut => "brown-out",
-        })
-    }
-}
 
 #[derive(Debug)]
 pub(crate) struct Chip {

@@ -24,10 +24,6 @@ const LFCLKSRC: u32 = 0x518;
 const FORCEPROTECT: u32 = 0x550;
 const DISABLE: u32 = 0x558;
 
-/// HFXO's start-up time: at most 360 us, according to the section's "64 MHz crystal oscillator
-/// (HFXO)".
-pub(crate) const HFXO_STARTUP: u64 = 360 * MICROSECOND;
-
 /// Start-up time of the 32 768 Hz RC oscillator. A crystal would take a quarter of a second.
 const LFRC_STARTUP: u64 = 600 * MICROSECOND;
 

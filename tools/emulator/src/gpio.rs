@@ -1,6 +1,7 @@
 //! GPIO ports P0 and P1: nRF52840 Product Specification, section "GPIO".
 
 use crate::peripheral::{Common, Context, Peripheral};
+use crate::trace::Pins;
 
 const OUT: u32 = 0x504;
 const OUTSET: u32 = 0x508;
@@ -13,15 +14,6 @@ const PIN_CNF: u32 = 0x700;
 const PIN_CNF_LAST: u32 = 0x77C;
 /// The offset of P1's registers from P0's, in the same block.
 const P1: u32 = 0x300;
-
-/// The levels of the output pins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Pins {
-    /// A bit for each output pin of P0 and P1.
-    pub outputs: [u32; 2],
-    /// A bit for each output pin that is high.
-    pub high: [u32; 2],
-}
 
 /// Both ports.
 #[derive(Clone, Debug, Default)]

@@ -84,15 +84,12 @@ mod watchdog;
 
 pub use assumptions::Assumptions;
 pub use board::Board;
-pub use chip::ResetCause;
 pub use error::{Access, Error, Refusal, Result};
-pub use gpio::Pins;
 pub use image::{Image, Symbol};
 pub use line::{Parity, SerialLine, Symbol as LineSymbol};
 pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
-pub use pwm::Period;
-pub use trace::{Activation, Change, Reset, Trace};
+pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};
 
 /// Cycles of the core clock in a second.
 pub const CYCLES_PER_SECOND: u64 = 64_000_000;

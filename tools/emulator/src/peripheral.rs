@@ -3,13 +3,15 @@
 //! nRF52840 Product Specification, section "Peripheral interface": tasks begin at offset 0x000, and events at 0x100.
 //! SHORTS is at 0x200. INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
 
+use crate::MICROSECOND;
 use crate::assumptions::Assumptions;
-use crate::clock::HFXO_STARTUP;
 use crate::error::Refusal;
-use crate::gpio::Pins;
 use crate::line::SerialLine;
 use crate::memory::Memory;
-use crate::pwm::Period;
+use crate::trace::{Period, Pins};
+
+/// HFXO's start-up time: at most 360 us, according to the section "64 MHz crystal oscillator (HFXO)".
+const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
 /// The behaviour that differs between peripherals. [`Common`] and the chip implement the rest.
 pub(crate) trait Peripheral {

@@ -12,6 +12,7 @@ use crate::MICROSECOND;
 use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
+use crate::trace::Period;
 
 const STOP: u32 = 0x004;
 const SEQSTART0: u32 = 0x008;
@@ -43,28 +44,6 @@ registers! {
     0x528 refresh: u32 = 0, 0..=0xFF_FFFF;
     /// The pin of each channel.
     0x560 outputs: [u32; 4] = [u32::MAX; 4], 0..;
-}
-
-/// One period of the pulses on the pins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Period {
-    /// The beginning of the period, in cycles.
-    pub at: u64,
-    /// The length of the period, in cycles.
-    pub length: u64,
-    /// For each channel, the number of cycles for which it is high; `None` if the channel has no pin.
-    pub high: [Option<u64>; 4],
-}
-
-impl Period {
-    /// Returns the widths of the pulses in microseconds, rounded down; `None` for a channel without a
-    /// pin.
-    #[must_use]
-    pub fn pulses(&self) -> [Option<u64>; 4] {
-        self.high
-            .map(|high| high.map(|cycles| cycles / MICROSECOND))
-    }
 }
 
 /// The progress of a sequence.

@@ -1,9 +1,66 @@
 //! The record of events on the board, in the order in which they happened. Times are in cycles. Each
 //! run of an exception handler is recorded with its instructions and cycles, from entry to return.
 
-use crate::chip::ResetCause;
-use crate::gpio::Pins;
-use crate::pwm::Period;
+use crate::MICROSECOND;
+
+/// Why the chip was reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ResetCause {
+    /// The reset pin was pulled: [`crate::Board::reset`].
+    Pin,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The firmware requested the reset (AIRCR.SYSRESETREQ).
+    Soft,
+    /// The core locked up, because a handler of faults itself had a fault. See [`crate::Board::let_faults_be_handled`].
+    Lockup,
+    /// The supply was too low for a moment: [`crate::Board::brown_out`].
+    BrownOut,
+}
+
+impl std::fmt::Display for ResetCause {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Pin => "pin",
+            Self::Watchdog => "watchdog",
+            Self::Soft => "soft",
+            Self::Lockup => "lockup",
+            Self::BrownOut => "brown-out",
+        })
+    }
+}
+
+/// The levels of the output pins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pins {
+    /// A bit for each output pin of P0 and P1.
+    pub outputs: [u32; 2],
+    /// A bit for each output pin that is high.
+    pub high: [u32; 2],
+}
+
+/// One period of the pulses on the pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Period {
+    /// The beginning of the period, in cycles.
+    pub at: u64,
+    /// The length of the period, in cycles.
+    pub length: u64,
+    /// For each channel, the number of cycles for which it is high; `None` if the channel has no pin.
+    pub high: [Option<u64>; 4],
+}
+
+impl Period {
+    /// Returns the widths of the pulses in microseconds, rounded down; `None` for a channel without a
+    /// pin.
+    #[must_use]
+    pub fn pulses(&self) -> [Option<u64>; 4] {
+        self.high
+            .map(|high| high.map(|cycles| cycles / MICROSECOND))
+    }
+}
 
 /// A change of a watched word in RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -259,6 +259,12 @@ mod tests {
     }
 
     #[test]
+    fn output_that_a_child_of_the_process_holds_is_an_error() {
+        let output = shell("sleep 30 & exit 0").run_to_end(b"");
+        assert!(output.is_err(), "{output:?}");
+    }
+
+    #[test]
     fn a_process_ends_with_the_test_that_started_it() {
         let process = Process::start(&mut shell("exec sleep 30")).expect("sh");
         let id = process.id().to_string();

@@ -48,10 +48,10 @@ pub(crate) struct Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
+    /// An assertion fails, or the program panics or has undefined behaviour. CBMC may then leave other properties open.
+    Failed,
     /// The harness could not be checked.
     Error,
-    /// An assertion fails, or the program panics or has undefined behaviour.
-    Failed,
     /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,
@@ -430,6 +430,30 @@ mod tests {
     }
 
     #[test]
+    fn a_harness_is_proved_only_if_each_of_its_covers_is_satisfied() {
+        let mut harness = harness(1);
+        harness.covers.insert("another cover".to_owned());
+        let verdict = |satisfied: &[&str]| {
+            let covers = satisfied.iter().map(|cover| format!("{COVER}{cover}"));
+            let properties = covers.chain([END.to_owned()]).map(|description| {
+                format!(r#"{{"property":"f.assertion.1","description":"{description}","status":"FAILURE"}}"#)
+            });
+            let properties: Vec<String> = properties.collect();
+            let properties =
+                read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(","))).unwrap();
+            classify(&properties, &harness).0
+        };
+        assert_eq!(verdict(&["a cover", "another cover"]), Verdict::Proved);
+        for satisfied in [&["a cover"][..], &["another cover"], &[]] {
+            assert_eq!(
+                verdict(satisfied),
+                Verdict::CoverUnsatisfied,
+                "{satisfied:?}"
+            );
+        }
+    }
+
+    #[test]
     fn an_answer_without_properties_is_an_error_with_the_message_of_cbmc() {
         let answer = r#"[{"messageType":"ERROR","messageText":"out of memory"}]"#;
         let error = read(answer).map(|_| ()).expect_err("no properties");
@@ -439,6 +463,13 @@ mod tests {
     #[test]
     fn a_proof_counts_only_for_the_same_program_arguments_covers_and_engine() {
         let folder = std::env::temp_dir().join(format!("framelock-proofs-{}", std::process::id()));
+        let anew = |is_wanted| {
+            let cbmc = Cbmc {
+                program: "cbmc".into(),
+                says: "CBMC 6".to_owned(),
+            };
+            ProofCache::new(&folder, &cbmc, is_wanted).unwrap();
+        };
         let proof = |program: &str, says: &str, harness: &Harness| {
             let (says, path) = (says.to_owned(), "cbmc".into());
             let cbmc = Cbmc {
@@ -474,6 +505,11 @@ mod tests {
         for (index, other) in others.iter().enumerate() {
             assert!(*other != one && !others[..index].contains(other), "{index}");
         }
-        fs::remove_dir_all(folder).unwrap();
+        fs::write(&one, "9").unwrap();
+        anew(false);
+        assert!(one.exists(), "a proof is kept");
+        anew(true);
+        assert!(!one.exists(), "every proof is repeated");
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

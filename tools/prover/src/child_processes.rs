@@ -70,3 +70,32 @@ pub(crate) fn output(command: &mut Command) -> Result<String> {
     );
     Ok(text.trim_end().to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn at_the_limit_the_processes_that_a_command_has_started_end_too() {
+        let file = std::env::temp_dir().join(format!("framelock-child-{}", std::process::id()));
+        let mut shell = Command::new("sh");
+        shell
+            .args(["-c", "sleep 60 & echo $! > $0; wait"])
+            .arg(&file);
+        let status = status_within(Duration::from_millis(500), &mut shell).unwrap();
+        assert!(status.is_none(), "{status:?}");
+        let child = fs::read_to_string(&file).unwrap();
+        fs::remove_file(&file).unwrap();
+        // A killed process may remain until its new parent asks for its status.
+        let state = fs::read_to_string(format!("/proc/{}/stat", child.trim()));
+        assert!(!child.trim().is_empty());
+        assert!(
+            !state.is_ok_and(|state| !state.contains(") Z ")),
+            "{child} still runs"
+        );
+    }
+}

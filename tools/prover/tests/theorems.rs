@@ -9,7 +9,7 @@ use framelock_limited::Process;
 const LIMIT: Duration = Duration::from_secs(4 * 3600);
 
 #[test]
-#[ignore = "needs CBMC and takes minutes: `cargo xtask mutants --by harnesses` runs it"]
+#[ignore = "needs CBMC and takes minutes: cargo-mutants runs it, see proofs/README.md"]
 fn every_theorem_is_proved() {
     let packages = [
         "framelock",

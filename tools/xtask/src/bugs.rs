@@ -1,18 +1,17 @@
-//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. For each mistake, a file lists the
+//! `cargo xtask bugs`: puts one mistake at a time into a copy of the workspace. For each mistake, a file lists the
 //! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. A sentence that can be false
 //! while every check passes is not a promise.
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
-use crate::firmware::{self, test_passes};
-use crate::machine_code;
-use crate::planted::{self, Outcome, Test};
-use crate::prove::{Engine, Prover};
-use crate::stage_report::Report;
+use crate::firmware;
+use crate::planted::{LIMIT, Outcome, Test};
+use crate::prove::{C_PROOFS, Engine, Prover};
 use crate::theorems::Answer;
 use crate::workspace::Workspace;
 
@@ -22,34 +21,10 @@ const FIRMWARE: &str = "firmware/seeded-bugs.toml";
 const OF_C: &str = "c/seeded-bugs.toml";
 /// The file with mistakes that readers of the documentation planted. Each contradicts a sentence.
 const PLANTED: &str = "proofs/planted-mistakes.toml";
-/// The folders and packages that are copied for the proofs.
-const PROOFS_FOLDERS: &[&str] = &[
-    "core",
-    "proofs",
-    "formats",
-    "firmware/reception",
-    "fuzz/oracles",
-    "tools/prover",
-    "c/headers",
-    "c/proofs",
-    // The engine that the proofs in c/proofs include.
-    "host/generate/templates",
-];
-const PROOFS_MEMBERS: &[&str] = &[
-    "core",
-    "proofs",
-    "tools/prover/stand-in",
-    "tools/prover/stand-in/macros",
-    "tools/prover/tests/harnesses",
-    "formats",
-    "firmware/reception",
-    // Only tests of the core and of the formats depend on this package. These tests do not run here, but cargo needs
-    // the package.
-    "fuzz/oracles",
-    "c/proofs",
-];
 /// The prover's own harnesses: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
+/// The `test` of a bug that the proof of the machine code must find, and the argument that selects these bugs.
+const MACHINE_CODE: &str = "machine-code";
 
 /// Put the seeded bugs into a copy of the sources, one at a time, and check that each is caught
 #[derive(clap::Args)]
@@ -89,7 +64,7 @@ struct Bug {
     /// The harnesses that must still hold.
     #[serde(default)]
     unnoticed_by: Vec<String>,
-    /// The firmware test that must fail.
+    /// The firmware's test that must fail, `contradictions` or `machine-code`.
     test: Option<String>,
     /// The check of a planted mistake that must fail.
     check: Option<Check>,
@@ -127,11 +102,39 @@ impl Bug {
         Ok((right, wrong))
     }
 
-    /// Returns the test of a planted mistake.
-    fn planted(&self) -> Option<&Test> {
-        match &self.check {
-            Some(Check::Test(test)) => Some(test),
-            _ => None,
+    /// Returns the test that must fail.
+    fn test(&self) -> Option<Test> {
+        match (&self.test, &self.check) {
+            (Some(test), _) => Some(Test {
+                package: firmware::TESTS.to_owned(),
+                target: Some("firmware".to_owned()),
+                name: test.clone(),
+            }),
+            (None, Some(Check::Test(test))) => Some(test.clone()),
+            (None, _) => None,
+        }
+    }
+
+    /// Returns whether this outcome of a planted mistake's test shows that the test has noticed the mistake.
+    fn is_caught(&self, outcome: &Outcome) -> bool {
+        match outcome {
+            Outcome::Failed => true,
+            Outcome::Hangs => self.is_endless,
+            Outcome::Passed | Outcome::NoResult => false,
+        }
+    }
+
+    /// Returns whether a harness has noticed the bug. Only a failed assertion counts, because it states the promise that is
+    /// broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and a
+    /// loop's bound counts only if the bug is about a loop that runs too long.
+    fn is_noticed(&self, answer: &Answer) -> bool {
+        match answer.verdict.as_str() {
+            // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
+            _ if answer.harness.starts_with("fails::") => answer.is_proved(),
+            _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
+            "failed" => true,
+            "unwinding_too_small" => self.is_endless,
+            _ => false,
         }
     }
 
@@ -140,31 +143,53 @@ impl Bug {
     }
 
     fn is_wanted(&self, names: &[String]) -> bool {
-        let mut says = [&self.mistake, &self.file]
-            .into_iter()
-            .chain(&self.harnesses)
-            .chain(&self.test)
-            .chain(self.planted().map(|test| &test.name));
         if names.is_empty() {
             // Skip the bugs in machine code, which have a stage of their own.
-            return self.test.as_deref() != Some(machine_code::NAME);
+            return self.test.as_deref() != Some(MACHINE_CODE);
         }
+        let mut says = vec![self.mistake.clone(), self.file.clone()];
+        says.extend(self.harnesses.iter().cloned());
+        says.extend(self.test().map(|test| test.name));
+        let mut says = says.iter();
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
+    }
+
+    /// Runs the check in a copy of the sources that contains the bug. Returns the names of the harnesses or the test
+    /// that have not noticed the bug.
+    fn survives(&self, workspace: &Workspace, prover: &Prover) -> Result<Vec<String>> {
+        let copy = &prover.root;
+        let Some(test) = self.test() else {
+            return unnoticed(prover, self);
+        };
+        let outcome = match self.test.as_deref() {
+            Some(MACHINE_CODE) => {
+                let (sources, built) = (copy.to_string_lossy(), copy.join("target"));
+                let function = ["machine_code_of", &sources, &built.to_string_lossy()];
+                let mut proof =
+                    workspace.script(&[&function[..], &["default", "lecture"]].concat());
+                Outcome::of(&proof.stderr(Stdio::inherit()).output()?, None)
+            }
+            Some(firmware::CONTRADICTIONS) => {
+                let accepted = firmware::accepted_contradictions(workspace, copy)?;
+                if accepted.is_empty() {
+                    Outcome::Passed
+                } else {
+                    Outcome::Failed
+                }
+            }
+            Some(_) => test.run(copy, LIMIT, Some(&workspace.images(copy, &[])?))?,
+            None => test.run(copy, LIMIT, None)?,
+        };
+        println!("{}: {outcome:?}", test.name);
+        let survives = (!self.is_caught(&outcome)).then(|| format!("{} ({outcome:?})", test.name));
+        Ok(survives.into_iter().collect())
     }
 }
 
-/// Runs the stage of `verify --all`.
-pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
-    run(workspace, None, &[])
-}
-
-pub(crate) fn bugs(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
-    run(workspace, arguments.engine, &arguments.names)
-}
-
-pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Result<()> {
+/// Seeds the bugs that the arguments choose, one at a time.
+pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Arguments) -> Result<()> {
     let root = &workspace.root;
-    let mut prover = Prover::new(workspace, engine)?;
+    let mut prover = Prover::new(workspace, *engine)?;
     prover.packages.push(CHECKED);
     let mut missed = Vec::new();
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
@@ -182,80 +207,38 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         "no bug has {} in its mistake, file, harness or test",
         names.join(" or ")
     );
+    prover.root = workspace.target.join("bugs/copy");
+    prover.target = prover.root.join("target");
     for bug in bugs {
         if prover.engine == Engine::Kani && bug.file.starts_with("tools/prover/") {
             continue;
         }
-        let mut prover = if bug.is_in_c() {
-            Prover::of_c(workspace)?
-        } else {
-            prover.clone()
-        };
         println!("\n=== {} ===", bug.mistake);
-        let copies = workspace.target_directory.join("bugs");
-        let copy = match (&bug.test, bug.planted()) {
-            (Some(_), _) => copies.join("firmware"),
-            (None, Some(_)) => copies.join("whole"),
-            (None, None) => copies.join("proofs"),
-        };
-        match (&bug.test, bug.planted()) {
-            (Some(_), _) => firmware::copy(workspace, &copy)?,
-            (None, Some(_)) => planted::copy(workspace, &copy)?,
-            (None, None) => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
+        let mut prover = prover.clone();
+        if bug.is_in_c() {
+            prover.engine = Engine::Offline;
+            prover.packages = vec![C_PROOFS];
         }
+        workspace.copy(&prover.root)?;
         let (_, wrong) = bug.texts(root)?;
-        fs::write(copy.join(&bug.file), wrong)?;
-        prover.root.clone_from(&copy);
-        prover.target = copy.join("target");
-        let survived = match (&bug.test, bug.planted()) {
-            (Some(test), _) => {
-                let passes = match test.as_str() {
-                    machine_code::NAME => machine_code::is_proved(workspace, &copy)?,
-                    firmware::CONTRADICTIONS => {
-                        firmware::accepted_contradictions(&copy)?.is_empty()
-                    }
-                    test => test_passes(workspace, &copy, test)?,
-                };
-                Vec::from_iter(passes.then(|| test.clone()))
-            }
-            (None, Some(test)) => {
-                let outcome = test.run(&copy, planted::LIMIT)?;
-                println!("{}: {outcome:?}", test.name);
-                let is_caught =
-                    outcome == Outcome::Failed || outcome == Outcome::Hangs && bug.is_endless;
-                Vec::from_iter((!is_caught).then(|| format!("{} ({outcome:?})", test.name)))
-            }
-            (None, None) => unnoticed(&prover, &bug)?,
-        };
+        fs::write(prover.root.join(&bug.file), wrong)?;
+        let mistake = &bug.mistake;
+        let survives = bug.survives(workspace, &prover)?;
+        missed.extend(survives.iter().map(|by| format!("\"{mistake}\" by {by}")));
         if !bug.unnoticed_by.is_empty() {
             let noticed = unexpected(&prover, &bug.unnoticed_by)?;
             ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
         }
-        missed.extend(
-            survived
-                .iter()
-                .map(|by| format!("\"{}\" by {by}", bug.mistake)),
-        );
     }
     ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
     println!("All bugs were caught");
     Ok(())
 }
 
-/// Returns the bug's harnesses that have not noticed it. Only a failed assertion counts, because it states the promise
-/// that is broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and
-/// a loop's bound counts only if the bug is about a loop that runs too long.
+/// Returns the bug's harnesses that have not noticed it.
 fn unnoticed(prover: &Prover, bug: &Bug) -> Result<Vec<String>> {
-    // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
-    let notices = |answer: &Answer| match answer.verdict.as_str() {
-        _ if answer.harness.starts_with("fails::") => answer.is_proved(),
-        _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
-        "failed" => true,
-        "unwinding_too_small" => bug.is_endless,
-        _ => false,
-    };
     let mut answers = checked(prover, &bug.harnesses)?;
-    answers.retain(|answer| !notices(answer));
+    answers.retain(|answer| !bug.is_noticed(answer));
     let names = answers
         .into_iter()
         .map(|one| format!("{} ({})", one.harness, one.verdict));
@@ -314,6 +297,49 @@ mod tests {
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     });
 
+    fn bug(more: &str) -> Bug {
+        let fields = ["mistake", "file", "right", "wrong"].map(|key| format!("{key} = ''\n"));
+        toml::from_str(&(fields.concat() + more)).expect("a bug")
+    }
+
+    #[test]
+    fn only_a_test_that_fails_or_hangs_in_an_endless_loop_has_caught_a_mistake() {
+        let (usual, endless) = (bug(""), bug("endless = true"));
+        for (outcome, by_usual, by_endless) in [
+            (Outcome::Failed, true, true),
+            (Outcome::Hangs, false, true),
+            (Outcome::Passed, false, false),
+            (Outcome::NoResult, false, false),
+        ] {
+            assert_eq!(usual.is_caught(&outcome), by_usual, "{outcome:?}");
+            assert_eq!(endless.is_caught(&outcome), by_endless, "{outcome:?}");
+        }
+    }
+
+    #[test]
+    fn only_a_failed_assertion_or_the_bound_of_an_endless_loop_notices_a_bug() {
+        let (usual, endless) = (bug(""), bug("endless = true"));
+        for (verdict, by_usual, by_endless) in [
+            ("failed", true, true),
+            ("unwinding_too_small", false, true),
+            ("proved", false, false),
+            ("cover_unsatisfied", false, false),
+            ("vacuous", false, false),
+            ("no_answer_in_time", false, false),
+            ("error", false, false),
+        ] {
+            let answer = Answer {
+                harness: "module::harness".to_owned(),
+                verdict: verdict.to_owned(),
+                ..Answer::default()
+            };
+            let has_no_answer = ["proved", "no_answer_in_time", "error"].contains(&verdict);
+            assert_eq!(answer.is_refuted(), !has_no_answer, "{verdict}");
+            assert_eq!(usual.is_noticed(&answer), by_usual, "{verdict}");
+            assert_eq!(endless.is_noticed(&answer), by_endless, "{verdict}");
+        }
+    }
+
     #[test]
     fn every_seeded_bug_fits_the_sources_and_every_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
@@ -349,7 +375,13 @@ mod tests {
         for mistake in read(root, PLANTED).expect("a list") {
             let (right, wrong) = mistake.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", mistake.mistake);
-            let Some(test) = mistake.planted() else {
+            let is_there = |folder: &Path, name: &str| {
+                let files = files(folder).expect("files");
+                files.iter().any(|path| {
+                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
+                })
+            };
+            let Some(test) = mistake.test() else {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
                 };
@@ -368,13 +400,11 @@ mod tests {
                 .find(|one| *one.name == test.package);
             let package = package.unwrap_or_else(|| panic!("no package {}", test.package));
             let folder = package.manifest_path.parent().expect("a folder");
-            let is_there = files(folder.as_std_path())
-                .expect("files")
-                .iter()
-                .any(|path| {
-                    fs::read_to_string(path).is_ok_and(|text| text.contains(&format!("fn {name}(")))
-                });
-            assert!(is_there, "no test {name} in {}", test.package);
+            assert!(
+                is_there(folder.as_std_path(), name),
+                "no test {name} in {}",
+                test.package
+            );
         }
     }
 

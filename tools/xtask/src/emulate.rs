@@ -3,12 +3,10 @@
 use std::process::Command;
 
 use anyhow::Result;
-#[cfg(not(unix))]
-use anyhow::ensure;
 
-use crate::bare_metal::Compiler;
-use crate::firmware::{BUILDS, TARGET, build_image};
 use crate::workspace::Workspace;
+#[cfg(not(unix))]
+use crate::workspace::run;
 
 /// Run the firmware on an emulated board; see `cargo xtask emulate --help`
 #[derive(clap::Args)]
@@ -19,7 +17,7 @@ pub(crate) struct Arguments {
     arguments: Vec<String>,
 }
 
-/// Builds the firmware, unless the arguments name an ELF. Then replaces this process with the emulator.
+/// Builds the firmware, unless the arguments name an ELF. Then runs the emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator
@@ -34,11 +32,10 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
     if !needs_no_image.iter().any(has) {
         let is_fast = arguments.join("=").contains("--baud=1000000");
         let name = if is_fast { "megabaud" } else { "default" };
-        let compiler = Compiler::of(&[TARGET])?;
-        for build in BUILDS.iter().filter(|build| build.0 == name) {
-            let image = build_image(workspace, &workspace.root, &compiler, build)?;
-            emulator.arg("--elf").arg(image);
-        }
+        let images = workspace.images(&workspace.root, &[name])?;
+        emulator
+            .arg("--elf")
+            .arg(images.join(format!("{name}.elf")));
     }
     become_program(emulator)
 }
@@ -52,6 +49,5 @@ fn become_program(mut command: Command) -> Result<()> {
 
 #[cfg(not(unix))]
 fn become_program(mut command: Command) -> Result<()> {
-    ensure!(command.status()?.success(), "the emulator failed");
-    Ok(())
+    run(&mut command)
 }

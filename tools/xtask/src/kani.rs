@@ -2,19 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead as _, BufReader};
-use std::os::unix::process::CommandExt as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
-use nix::sys::signal::{Signal, killpg};
-use nix::unistd::Pid;
-use serde::Deserialize;
 
 use crate::theorems::{Answer, is_called};
-use crate::workspace::cargo_in;
 
 /// Returns Kani's name and version, or the reason why it cannot be used. Only reads files. If Kani is installed but not
 /// set up, calling `cargo kani` would start the setup.
@@ -41,31 +35,6 @@ pub(crate) fn version() -> Result<String> {
     Ok(format!("Kani {version}"))
 }
 
-/// Returns the names of all harnesses, including those of the packages in the arguments `packages`. Kani always writes
-/// the names to a file in the current folder.
-pub(crate) fn list(root: &Path, target: &Path, packages: &[String]) -> Result<Vec<String>> {
-    let mut kani = cargo_in(root);
-    kani.arg("kani")
-        .args(packages)
-        .args(["list", "--quiet", "--format=json"])
-        .env("CARGO_TARGET_DIR", target);
-    ensure!(
-        kani.status()?.success(),
-        "Kani could not list the harnesses: see above"
-    );
-    let file = root.join("kani-list.json");
-    let list: List = serde_json::from_slice(&fs::read(&file)?)?;
-    fs::remove_file(file)?;
-    Ok(list.standard_harnesses.into_values().flatten().collect())
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
-struct List {
-    /// The names of the harnesses, by file.
-    standard_harnesses: BTreeMap<String, Vec<String>>,
-}
-
 /// Lets Kani check the harnesses with these names. If no harness has one of the names, selects all harnesses whose
 /// names contain this name. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
@@ -73,7 +42,7 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     for name in names {
         command.args(["--harness", name]);
     }
-    let lines = lines_of_group(command)?;
+    let lines = lines_of(command)?;
     let mut answers = answers(&lines);
     // Kani's sum, such as `Complete - 170 successfully verified harnesses, 1 failures, 171 total.`
     let sum = lines
@@ -161,36 +130,40 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     answers
 }
 
-/// Runs the command in a process group of its own. Prints the command's output, and returns the output's lines. When
-/// the command ends or this program is interrupted, all processes of the group are terminated.
-fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
-    static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
-    let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);
-    // An error means that the process group has already ended.
-    let end = move || group().take().map(|group| killpg(group, Signal::SIGKILL));
-    // An error means that there is already a handler.
-    let _ = ctrlc::set_handler(move || {
-        end();
-        std::process::exit(130);
-    });
-    let mut running = group();
-    let mut child = command.process_group(0).stdout(Stdio::piped()).spawn()?;
-    *running = Some(Pid::from_raw(child.id().cast_signed()));
-    drop(running);
-    let output = child.stdout.take().into_iter();
-    let lines = output.flat_map(|output| BufReader::new(output).lines());
-    let lines = lines
-        .map_while(Result::ok)
-        .inspect(|line| println!("{line}"));
-    let lines = lines.collect();
+/// Runs the command. Prints the lines of its output, and returns them.
+fn lines_of(command: &mut Command) -> Result<Vec<String>> {
+    let mut child = command.stdout(Stdio::piped()).spawn()?;
+    let output = BufReader::new(child.stdout.take().context("standard output is piped")?);
+    let printed = |line: &std::io::Result<String>| println!("{}", line.as_deref().unwrap_or("?"));
+    let lines = output.lines().inspect(printed).collect::<Result<_, _>>()?;
     child.wait()?;
-    end();
     Ok(lines)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_thread_reports_on_its_own_harness() {
+        let lines = [
+            "Thread 1: Checking harness one...",
+            "Thread 2: Checking harness two...",
+            "Thread 1: ",
+            "Failed Checks: assertion failed: false",
+            "VERIFICATION:- FAILED",
+            "Thread 2:  ** 1 of 1 cover properties satisfied",
+            "VERIFICATION:- SUCCESSFUL",
+            "Thread 1: Checking harness three...",
+            "** 0 of 1 cover properties satisfied",
+            "VERIFICATION:- SUCCESSFUL",
+        ];
+        let answers = answers(&lines.map(str::to_owned));
+        let verdict = |name| answers.get(name).map(|one| &*one.verdict);
+        assert_eq!(verdict("one"), Some("failed"));
+        assert_eq!(verdict("two"), Some("proved"));
+        assert_eq!(verdict("three"), Some("cover_unsatisfied"));
+    }
 
     /// Returns the verdict about a harness for which Kani prints these lines.
     fn verdict(lines: &[&str]) -> String {

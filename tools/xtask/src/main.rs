@@ -1,22 +1,16 @@
 //! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
 //! theorems.
 
-mod bare_metal;
-mod browser;
 mod bugs;
-mod checks;
 mod emulate;
 mod firmware;
-mod fuzz;
-mod install;
+mod interface;
 mod kani;
-mod machine_code;
-mod mutants;
 mod planted;
 mod prove;
-mod published;
-mod release;
-mod stage_report;
+mod test_count;
+#[cfg(test)]
+mod tests;
 mod theorems;
 mod verify;
 mod web;
@@ -36,11 +30,14 @@ enum Task {
     Verify(verify::Arguments),
     Prove(prove::Arguments),
     Bugs(bugs::Arguments),
-    Mutants(mutants::Arguments),
     Firmware(firmware::Arguments),
     Emulate(emulate::Arguments),
-    Fuzz(fuzz::Arguments),
     Web(web::Arguments),
+    #[command(hide = true)]
+    Interface(interface::Arguments),
+    /// Check that contradictory settings of the firmware do not compile
+    #[command(hide = true)]
+    Contradictions,
 }
 
 fn main() -> ExitCode {
@@ -61,11 +58,11 @@ fn run(task: &Task) -> Result<bool> {
         Task::Verify(arguments) => return Ok(verify::verify(workspace, arguments)),
         Task::Prove(arguments) => return prove::prove(workspace, arguments),
         Task::Bugs(arguments) => bugs::bugs(workspace, arguments)?,
-        Task::Mutants(arguments) => mutants::mutants(workspace, arguments)?,
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
-        Task::Fuzz(arguments) => fuzz::fuzz(workspace, arguments)?,
         Task::Web(arguments) => web::web(workspace, arguments)?,
+        Task::Interface(arguments) => interface::interface(arguments)?,
+        Task::Contradictions => firmware::contradictions(workspace)?,
     }
     Ok(true)
 }

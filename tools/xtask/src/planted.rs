@@ -1,32 +1,27 @@
-//! Runs a test in a copy of the whole workspace, in which a mistake has been planted.
+//! Runs a test in a copy of the workspace, in which a mistake has been planted.
 
-use std::fs::{self, File};
-use std::os::unix::fs::symlink;
-use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
-use anyhow::{Context as _, Result};
-use nix::sys::signal::{Signal, killpg};
-use nix::unistd::Pid;
+use anyhow::Result;
+use framelock_limited::Process;
 use serde::Deserialize;
-use xshell::cmd;
 
-use crate::stage_report::TestCount;
-use crate::workspace::{Workspace, cargo_in, copy_file};
+use crate::test_count::TestCount;
+use crate::workspace::cargo_in;
 
 /// The time limit of a test. A test that runs longer hangs.
 pub(crate) const LIMIT: Duration = Duration::from_secs(600);
 
 /// A test that must fail.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Test {
     pub(crate) package: String,
     /// The target of the package that contains the test. Without a target, all targets are built.
-    target: Option<String>,
-    /// The test's name with its modules.
+    pub(crate) target: Option<String>,
+    /// The test's name, with or without its modules.
     #[serde(rename = "test")]
     pub(crate) name: String,
 }
@@ -42,65 +37,65 @@ pub(crate) enum Outcome {
     NoResult,
 }
 
-/// Copies all files of the workspace, except files that git ignores.
-pub(crate) fn copy(workspace: &Workspace, to: &Path) -> Result<()> {
-    let sh = workspace.shell()?;
-    let listed = cmd!(sh, "git ls-files --cached --others --exclude-standard").read()?;
-    for file in listed.lines() {
-        let (from, to) = (workspace.root.join(file), to.join(file));
-        if let Ok(target) = fs::read_link(&from) {
-            if !to.is_symlink() {
-                fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
-                symlink(target, to)?;
+impl Outcome {
+    /// Reads the output of tests. Prints it indented, because otherwise `cargo xtask verify` would count its tests.
+    pub(crate) fn of(output: &Output, expected: Option<usize>) -> Self {
+        let mut count = TestCount::default();
+        for line in String::from_utf8_lossy(&output.stdout).lines() {
+            println!("    {line}");
+            count += TestCount::of_line(line);
+        }
+        match (output.status.code(), count.failed) {
+            // The exit codes with which `timeout` reports that it has ended the command.
+            (Some(124 | 137), _) => Self::Hangs,
+            _ if count.ended() == 0 || expected.is_some_and(|it| it != count.ended()) => {
+                Self::NoResult
             }
-        } else if from.exists() {
-            copy_file(&from, &to)?;
+            (_, 0) => Self::Passed,
+            _ => Self::Failed,
         }
     }
-    Ok(())
 }
 
 impl Test {
-    /// Runs the test in the workspace at `root`.
-    pub(crate) fn run(&self, root: &Path, limit: Duration) -> Result<Outcome> {
-        let tests = || {
-            let mut cargo = cargo_in(root);
-            cargo.env("CARGO_TARGET_DIR", root.join("target"));
+    /// Runs the test in the workspace at `root`, if it needs the firmware's images with those in the folder.
+    pub(crate) fn run(
+        &self,
+        root: &Path,
+        limit: Duration,
+        images: Option<&Path>,
+    ) -> Result<Outcome> {
+        let arguments = |cargo: &mut Command| {
             cargo.args(["test", "--package", &self.package]);
             cargo.args(self.target.iter().flat_map(|target| ["--test", target]));
-            cargo
+            cargo.env("CARGO_TARGET_DIR", root.join("target"));
+            cargo.envs(images.map(|folder| ("FRAMELOCK_IMAGES", folder)));
         };
-        if !tests().arg("--no-run").status()?.success() {
+        let mut build = cargo_in(root);
+        arguments(&mut build);
+        if !Process::start_within(3 * LIMIT, build.arg("--no-run"))?
+            .wait()?
+            .success()
+        {
             return Ok(Outcome::NoResult);
         }
-        let printed = root.join("target/printed");
-        let mut cargo = tests();
-        cargo.args(["--", "--include-ignored", "--exact", &self.name]);
-        cargo.stdout(File::create(&printed)?).process_group(0);
-        let (mut child, start) = (cargo.spawn()?, Instant::now());
-        while child.try_wait()?.is_none() {
-            if start.elapsed() > limit {
-                killpg(Pid::from_raw(child.id().try_into()?), Signal::SIGKILL)?;
-                child.wait()?;
-                return Ok(Outcome::Hangs);
-            }
-            sleep(Duration::from_millis(100));
-        }
-        let mut count = TestCount::default();
-        for line in fs::read_to_string(&printed)?.lines() {
-            count += TestCount::of_line(line);
-        }
-        Ok(match (count.passed, count.failed) {
-            (1, 0) => Outcome::Passed,
-            (0, 1) => Outcome::Failed,
-            _ => Outcome::NoResult,
-        })
+        let cargo = cargo_in(root);
+        let mut test = Command::new("timeout");
+        test.arg("--kill-after=5").arg(limit.as_secs().to_string());
+        test.arg(cargo.get_program()).current_dir(root);
+        arguments(&mut test);
+        test.args(["--", "--include-ignored", &self.name]);
+        let output = test.stderr(Stdio::inherit()).output()?;
+        Ok(Outcome::of(&output, Some(1)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
+    use crate::workspace::Workspace;
 
     const MANIFEST: &str = "[package]\nname = 'planted'\n[workspace]\n";
     const TESTS: &str = "
@@ -113,7 +108,7 @@ mod tests {
     #[test]
     fn only_a_test_that_runs_and_fails_has_failed() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let root = workspace.target_directory.join("planted-tests");
+        let root = workspace.target.join("planted-tests");
         fs::create_dir_all(root.join("src")).expect("a folder");
         fs::write(root.join("Cargo.toml"), MANIFEST).expect("written");
         let outcome = |name: &str, tests: &str| {
@@ -123,7 +118,8 @@ mod tests {
                 target: None,
                 name: name.to_owned(),
             };
-            test.run(&root, Duration::from_secs(5)).expect("cargo runs")
+            let outcome = test.run(&root, Duration::from_secs(5), None);
+            outcome.expect("cargo runs")
         };
         assert_eq!(outcome("passes", TESTS), Outcome::Passed);
         assert_eq!(outcome("fails", TESTS), Outcome::Failed);

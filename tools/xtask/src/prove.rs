@@ -1,19 +1,21 @@
 //! `cargo xtask prove`: checks the theorems with Kani or the offline prover.
 
+use std::env;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result};
 use clap::ValueEnum;
+use framelock_limited::Process;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
-use crate::stage_report::{Report, run_tests};
 use crate::theorems::{Answer, Harness, theorems};
-use crate::workspace::{Workspace, cargo_in, must_repeat};
+use crate::workspace::{Workspace, cargo_in};
 
 /// The packages that contain the theorems.
-pub(crate) const THEOREMS: &[&str] = &[
+const THEOREMS: &[&str] = &[
     "framelock",
     "framelock-proofs",
     "framelock-formats",
@@ -24,7 +26,7 @@ const NAMED_IN_ROOT: &[&str] = &["framelock", "framelock-proofs", "framelock-rec
 /// The package with the proofs about the receivers in C, and the package's folder, which also contains harnesses in C.
 pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
 const C_FOLDER: &str = "c/proofs";
-pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
+const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
 /// Check the theorems, with the Kani harnesses of `core`, `proofs`, `formats` and `firmware/reception`
 #[derive(clap::Args)]
@@ -74,7 +76,7 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
         list(&prover)?;
         return Ok(true);
     }
-    Ok(report(&prover.check(&arguments.harnesses)?) == 0)
+    Ok(report(&prover.check(&arguments.harnesses)?))
 }
 
 /// Prints each theorem with the harnesses that it names.
@@ -89,8 +91,8 @@ fn list(prover: &Prover) -> Result<()> {
     Ok(())
 }
 
-/// Prints the harnesses that were not proved, and the totals. Returns how many were not proved.
-fn report(answers: &[Answer]) -> usize {
+/// Prints the harnesses that were not proved, and the totals. Returns whether all were proved.
+fn report(answers: &[Answer]) -> bool {
     let failed: Vec<&Answer> = answers.iter().filter(|one| !one.is_proved()).collect();
     for answer in &failed {
         println!("FAILED {} ({})", answer.harness, answer.verdict);
@@ -100,52 +102,13 @@ fn report(answers: &[Answer]) -> usize {
     }
     let proved = answers.len() - failed.len();
     println!("{proved} proved, {} failed", failed.len());
-    failed.len()
-}
-
-/// Runs the stage of `verify` that checks every theorem.
-pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    prove_all(&Prover::new(workspace, None)?, report)
-}
-
-/// Runs the stage of `verify` that checks the proofs about the receivers in C.
-pub(crate) fn c_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    prove_all(&Prover::of_c(workspace)?, report)
-}
-
-fn prove_all(prover: &Prover, report: &mut Report) -> Result<()> {
-    report.says.clone_from(&prover.says);
-    let answers = prover.check(&[])?;
-    let failed = self::report(&answers);
-    report.tests.failed = failed;
-    report.tests.passed = answers.len() - failed;
-    ensure!(failed == 0, "{failed} harnesses failed");
-    Ok(())
-}
-
-/// Runs the stage that tests the offline prover itself. These tests need CBMC.
-pub(crate) fn prover_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let mut cargo = workspace.cargo();
-    cargo.args(["test", "--package", OFFLINE_PROVER, "--", "--ignored"]);
-    run_tests(&mut cargo, &mut report.tests)
-}
-
-/// Checks that neither the compiler nor clippy has a warning about the harnesses.
-pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
-    let prover = Prover::new(workspace, Some(Engine::Offline))?;
-    for prover in [prover, Prover::of_c(workspace)?] {
-        let status = prover.offline_command().arg("clippy").status()?;
-        ensure!(status.success(), "the harnesses have warnings: see above");
-    }
-    Ok(())
+    failed.is_empty()
 }
 
 /// An available engine, and the sources that it checks.
 #[derive(Clone)]
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
-    /// The engine's name, and why it was chosen.
-    says: String,
     timeout: u32,
     jobs: Option<usize>,
     /// The root of the workspace, or of a copy of it.
@@ -169,17 +132,16 @@ impl Prover {
             (None, Err(why)) => (Engine::Offline, format!("the offline prover, since {why}")),
             (Some(Engine::Offline), _) => (Engine::Offline, "the offline prover".to_owned()),
         };
-        println!("Engine: {says}");
+        println!("stage note: {says}");
         Ok(Self {
             engine,
-            says,
             timeout: 600,
             jobs: None,
             root: workspace.root.clone(),
             packages: THEOREMS.to_vec(),
-            target: workspace.target_directory.clone(),
+            target: workspace.target.clone(),
             manifest: workspace.root.join("Cargo.toml"),
-            tools: workspace.target_directory.clone(),
+            tools: workspace.target.clone(),
         })
     }
 
@@ -194,10 +156,7 @@ impl Prover {
 
     /// Returns the names of all harnesses.
     pub(crate) fn list(&self) -> Result<Vec<String>> {
-        match self.engine {
-            Engine::Offline => Ok(self.listed()?.into_iter().map(|one| one.name).collect()),
-            Engine::Kani => kani::list(&self.root, &self.target, &self.further_packages()),
-        }
+        Ok(self.listed()?.into_iter().map(|one| one.name).collect())
     }
 
     /// Returns all harnesses, as the offline prover lists them.
@@ -217,17 +176,12 @@ impl Prover {
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs")
                     .args(self.jobs.map(|jobs| jobs.to_string()));
-                command.args(self.further_packages());
+                let packages = self.packages.iter();
+                let further = packages.filter(|it| !NAMED_IN_ROOT.contains(it));
+                command.args(further.map(|it| format!("--package={it}")));
                 kani::check(&mut command, names)
             }
         }
-    }
-
-    /// Returns Kani's arguments for the packages that the root's Cargo.toml does not name.
-    fn further_packages(&self) -> Vec<String> {
-        let packages = self.packages.iter();
-        let further = packages.filter(|it| !NAMED_IN_ROOT.contains(it));
-        further.map(|it| format!("--package={it}")).collect()
     }
 
     /// Runs the offline prover. Returns its answer.
@@ -236,14 +190,14 @@ impl Prover {
         command
             .args([action, "--format=json"])
             .arg(format!("--timeout={}", self.timeout))
-            .arg(format!("--jobs={}", self.jobs.unwrap_or(0)));
-        for name in names {
-            command.args(["--harness", name]);
-        }
-        if must_repeat() {
-            command.arg("--anew");
-        }
-        let output = command.stderr(Stdio::inherit()).output()?;
+            .arg(format!("--jobs={}", self.jobs.unwrap_or(0)))
+            .args(chosen(names, must_repeat()));
+        let limit = match action {
+            "list" => Duration::from_secs(1800),
+            _ => Duration::from_secs(86_400),
+        };
+        let prover = Process::start_within(limit, command.stdout(Stdio::piped()))?;
+        let output = prover.wait_with_output()?;
         serde_json::from_slice(&output.stdout)
             .context("the offline prover gave no answer; see above")
     }
@@ -265,5 +219,31 @@ impl Prover {
             command.arg("--c").arg(self.root.join(C_FOLDER));
         }
         command
+    }
+}
+
+/// Returns whether every proof must be repeated. Hosted machines set `CI`, and keep the build folder between runs.
+fn must_repeat() -> bool {
+    env::var_os("CI").is_some()
+}
+
+/// Returns the offline prover's arguments that select harnesses, and that make it repeat every proof.
+fn chosen(names: &[String], repeats: bool) -> Vec<&str> {
+    let names = names.iter().flat_map(|name| ["--harness", name]);
+    names.chain(repeats.then_some("--anew")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proofs_are_repeated_only_on_hosted_machines() {
+        assert_eq!(must_repeat(), env::var_os("CI").is_some());
+        let names = ["one".to_owned(), "two".to_owned()];
+        let usual = ["--harness", "one", "--harness", "two"];
+        assert_eq!(chosen(&names, false), usual);
+        assert_eq!(chosen(&names, true), [&usual[..], &["--anew"]].concat());
+        assert_eq!(chosen(&[], true), ["--anew"]);
     }
 }

@@ -1,24 +1,22 @@
 //! `cargo xtask verify`: runs the stages, and adds up their results.
 
+use std::io::{BufRead as _, BufReader};
+use std::process::Stdio;
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result, ensure};
 use clap::builder::PossibleValuesParser;
 
-use crate::stage_report::{Report, TestCount};
+use crate::test_count::TestCount;
 use crate::workspace::Workspace;
-use crate::{
-    browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove, published, release,
-};
 
-/// One check. To add a check, write its function and add a line to [`STAGES`].
+/// One check. To add a check, add a line to [`STAGES`], and a function to `stages.sh`.
 struct Stage {
-    /// The stage's name for `--only`.
+    /// The stage's name for `--only`. Its function has underscores for the hyphens.
     name: &'static str,
     /// The check in one line.
     checks: &'static str,
     when: When,
-    run: fn(&Workspace, &mut Report) -> Result<()>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -33,59 +31,61 @@ use When::{Always, Nightly};
 /// The stages in the order in which they run. Stages that fail fast come first.
 #[rustfmt::skip]
 const STAGES: &[Stage] = &[
-    Stage { name: "format", when: Always, run: checks::format,
+    Stage { name: "format", when: Always,
         checks: "the sources are formatted by rustfmt" },
-    Stage { name: "core", when: Always, run: checks::core,
+    Stage { name: "core", when: Always,
         checks: "the core compiles for microcontrollers under every set of its features; the formats compile too" },
-    Stage { name: "prove", when: Always, run: prove::stage,
+    Stage { name: "prove", when: Always,
         checks: "the theorems, by Kani or by the offline prover" },
-    Stage { name: "clippy", when: Always, run: checks::clippy,
+    Stage { name: "clippy", when: Always,
         checks: "no warning from the compiler or clippy, in all targets" },
-    Stage { name: "tests", when: Always, run: checks::tests,
+    Stage { name: "tests", when: Always,
         checks: "unit and integration tests, replay of the corpora, and each benchmark once, untimed" },
-    Stage { name: "docs", when: Always, run: checks::docs,
+    Stage { name: "docs", when: Always,
         checks: "the documentation builds without warnings, and its examples run" },
-    Stage { name: "interface", when: Always, run: published::interface,
+    Stage { name: "interface", when: Always,
         checks: "the public interface of each published package equals the committed one" },
-    Stage { name: "firmware", when: Always, run: firmware::every_build,
+    Stage { name: "firmware", when: Always,
         checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
-    Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
-        checks: "the firmware's release images in the emulator, and the formats' cost on the chip" },
-    Stage { name: "random", when: Nightly, run: firmware::random_streams,
+    Stage { name: "emulated", when: Always,
+        checks: "the firmware's release images in the emulator" },
+    Stage { name: "random", when: Nightly,
         checks: "the firmware with many more random streams, and under each assumption about the chip" },
-    Stage { name: "examples", when: Nightly, run: firmware::examples,
+    Stage { name: "examples", when: Nightly,
         checks: "the examples for Embassy and RTIC build without warnings and run in the emulator; the example for the RP2040 builds" },
-    Stage { name: "statistics", when: Nightly, run: checks::statistics,
+    Stage { name: "rivals", when: Nightly,
+        checks: "the answers of framelock and of other crates on faulty streams, and the formats' cost on the chip" },
+    Stage { name: "statistics", when: Nightly,
         checks: "the simulator's findings, with all trials" },
-    Stage { name: "tables", when: Nightly, run: checks::tables,
+    Stage { name: "tables", when: Nightly,
         checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink" },
-    Stage { name: "generated", when: Nightly, run: checks::generated,
+    Stage { name: "generated", when: Nightly,
         checks: "code generated from two hundred random descriptions" },
-    Stage { name: "c-proofs", when: Nightly, run: prove::c_stage,
+    Stage { name: "c-proofs", when: Nightly,
         checks: "the receivers in C do the same as those in Rust, without undefined behaviour, by the offline prover" },
-    Stage { name: "prover", when: Nightly, run: prove::prover_stage,
+    Stage { name: "prover", when: Nightly,
         checks: "the offline prover refutes what must fail, and leaves no process running" },
-    Stage { name: "bugs", when: Nightly, run: bugs::stage,
+    Stage { name: "bugs", when: Nightly,
         checks: "seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks" },
-    Stage { name: machine_code::NAME, when: Nightly, run: machine_code::stage,
+    Stage { name: "machine-code", when: Nightly,
         checks: "the receiver's step is proved in the machine code of the images, and seeded bugs in it are noticed" },
-    Stage { name: "fuzz", when: Nightly, run: fuzz::stage,
+    Stage { name: "fuzz", when: Nightly,
         checks: "every fuzz target, for a minute" },
-    Stage { name: "systems", when: Nightly, run: checks::systems,
+    Stage { name: "systems", when: Nightly,
         checks: "the command line compiles for Windows and macOS" },
-    Stage { name: "minimum", when: Nightly, run: checks::minimum,
+    Stage { name: "minimum", when: Nightly,
         checks: "the core and the formats compile with the oldest Rust that their manifests promise" },
-    Stage { name: "semver", when: Nightly, run: published::semver,
+    Stage { name: "semver", when: Nightly,
         checks: "the public interface is compatible with that of the commit `semver-baseline`" },
-    Stage { name: "publish", when: Nightly, run: published::publish,
+    Stage { name: "publish", when: Nightly,
         checks: "each published package can be published, without a warning" },
-    Stage { name: "wheel", when: Nightly, run: release::wheel,
+    Stage { name: "wheel", when: Nightly,
         checks: "the Python package, built, installed into a new environment and run there" },
-    Stage { name: "licences", when: Nightly, run: release::licences,
+    Stage { name: "licences", when: Nightly,
         checks: "the licences, duplicates and sources of all dependencies, by cargo-deny" },
-    Stage { name: "web", when: Nightly, run: browser::stage,
+    Stage { name: "web", when: Nightly,
         checks: "the page works in browsers" },
-    Stage { name: "mutants", when: Nightly, run: mutants::stage,
+    Stage { name: "mutants", when: Nightly,
         checks: "some test notices each small change of the core, layouts and checksums (hours)" },
 ];
 
@@ -130,46 +130,98 @@ impl Arguments {
 /// Runs the stages that the arguments choose. Returns whether all pass.
 pub(crate) fn verify(workspace: &Workspace, arguments: &Arguments) -> bool {
     if arguments.list {
-        for Stage {
-            name, checks, when, ..
-        } in STAGES
-        {
-            let when = if *when == Nightly { " (--all)" } else { "" };
-            println!("{name:<10} {checks}{when}");
+        for stage in STAGES {
+            let when = if stage.when == Nightly {
+                " (--all)"
+            } else {
+                ""
+            };
+            println!("{:<12} {}{when}", stage.name, stage.checks);
         }
         return true;
     }
-    let mut sum = TestCount::default();
+    let (mut passed, mut failed) = (0, 0);
     let (mut lines, mut failures) = (Vec::new(), Vec::new());
     for stage in STAGES.iter().filter(|stage| arguments.wants(stage)) {
-        println!("\n=== {}: {} ===", stage.name, stage.checks);
+        let name = stage.name;
+        println!("\n=== {name}: {} ===", stage.checks);
         let (start, mut report) = (Instant::now(), Report::default());
-        let outcome = (stage.run)(workspace, &mut report);
-        let seconds = start.elapsed().as_secs_f64();
-        let (name, tests) = (stage.name, report.tests);
+        let outcome = run(workspace, name, &mut report);
         let word = if outcome.is_ok() { "passed" } else { "FAILED" };
-        let ran = match tests.passed + tests.failed {
-            0 => String::new(),
-            count => format!("{count} tests"),
-        };
+        let seconds = start.elapsed().as_secs_f64();
+        let count = report.tests.ended();
+        let tests = (count > 0).then(|| format!("{count} tests"));
+        let (tests, notes) = (tests.unwrap_or_default(), report.notes.join("; "));
         lines.push(format!(
-            "{name:<10} {word} {seconds:7.1} s  {ran:<11}{}",
-            report.says
+            "{name:<12} {word} {seconds:7.1} s  {tests:<11}{notes}"
         ));
-        sum += tests;
+        passed += report.tests.passed;
+        failed += report.tests.failed;
         if let Err(error) = outcome {
             println!("FAILED: {name}: {error:#}");
-            failures.push(format!("FAILED: {name}: {error:#}"));
+            failures.push(format!("FAILED: {name}: {error:#}\n"));
             // Count the stage itself, so that the last line never says `0 failed` after a failure.
-            sum.failed += usize::from(tests.failed == 0);
+            failed += usize::from(report.tests.failed == 0);
         }
     }
-    println!("\n{}\n", lines.join("\n"));
-    for failure in &failures {
-        println!("{failure}\n");
-    }
-    println!("{} passed, {} failed", sum.passed, sum.failed);
+    println!("\n{}\n\n{}", lines.join("\n"), failures.join("\n"));
+    println!("{passed} passed, {failed} failed");
     failures.is_empty()
+}
+
+/// The results that a stage has printed.
+#[derive(Default)]
+struct Report {
+    tests: TestCount,
+    /// Remarks, such as the tool that was chosen.
+    notes: Vec<String>,
+    /// The commands that have to run tests, and the number of tests that had ended before.
+    announced: Vec<(String, usize)>,
+}
+
+impl Report {
+    fn read(&mut self, line: &str) {
+        if let Some(note) = line.strip_prefix("stage note: ") {
+            if !self.notes.iter().any(|known| known == note) {
+                self.notes.push(note.to_owned());
+            }
+        } else if let Some(command) = line.strip_prefix("tests: ") {
+            self.announced
+                .push((command.to_owned(), self.tests.ended()));
+        }
+        self.tests += TestCount::of_line(line);
+    }
+
+    /// Checks that each announced test has a result. Exit codes do not suffice, because a test may end its program with
+    /// exit code 0 before the remaining tests have run.
+    fn check(&self) -> Result<()> {
+        let ends = self.announced.iter().skip(1).map(|(_, before)| *before);
+        let ends = ends.chain([self.tests.ended()]);
+        for ((command, before), end) in self.announced.iter().zip(ends) {
+            ensure!(*before < end, "no test was run by `{command}`");
+        }
+        ensure!(
+            self.tests.without_result == 0,
+            "{} tests have no result, because their program ended too early",
+            self.tests.without_result
+        );
+        ensure!(self.tests.failed == 0, "{} failed", self.tests.failed);
+        Ok(())
+    }
+}
+
+/// Runs a stage. Fills in the report while the stage runs, so that the report is available even if the stage fails.
+fn run(workspace: &Workspace, name: &str, report: &mut Report) -> Result<()> {
+    let mut stage = workspace.script(&[&name.replace('-', "_")]);
+    let mut stage = stage.stdout(Stdio::piped()).spawn()?;
+    for line in BufReader::new(stage.stdout.take().context("standard output is piped")?).lines() {
+        let line = line?;
+        println!("{line}");
+        report.read(&line);
+    }
+    let status = stage.wait()?;
+    ensure!(status.success(), "ended with {status}: see above");
+    report.check()
 }
 
 #[cfg(test)]
@@ -192,6 +244,49 @@ mod tests {
             let names: Vec<&str> = stages.map(|stage| stage.name).collect();
             let matrix = format!("stage: [{}]", names.join(", "));
             assert!(workflow.contains(&matrix), "a workflow lacks {matrix}");
+        }
+    }
+
+    /// Returns whether a stage with this output passes if its commands succeed.
+    fn passes(lines: &[&str]) -> bool {
+        let mut report = Report::default();
+        for line in lines {
+            report.read(line);
+        }
+        report.check().is_ok()
+    }
+
+    #[test]
+    fn a_stage_passes_only_if_every_announced_test_has_passed() {
+        const RUN: [&str; 3] = [
+            "tests: cargo test",
+            "running 2 tests",
+            "test result: ok. 1 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out",
+        ];
+        assert!(passes(&[]), "a stage without tests");
+        assert!(passes(&RUN));
+        assert!(!passes(&["tests: cargo test"]));
+        assert!(!passes(&[&RUN[..], &["tests: cargo test"]].concat()));
+        assert!(!passes(&[&["tests: cargo test"], &RUN[..]].concat()));
+        assert!(!passes(&[&RUN[..], &["running 1 test"]].concat()));
+        assert!(!passes(&[&RUN[..], &["5 proved, 1 failed"]].concat()));
+    }
+
+    #[test]
+    fn a_command_that_fails_ends_its_stage() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let fails = |arguments: &[&str]| {
+            // The output must not look like that of the stage that runs this test.
+            let status = workspace.script(arguments).stdout(Stdio::null()).status();
+            !status.expect("sh").success()
+        };
+        assert!(!fails(&["tests_of", "true"]));
+        assert!(fails(&["tests_of", "false"]));
+        assert!(fails(&["eval", "stage() { false; true; }; stage"]));
+        assert!(fails(&["no_such_stage"]));
+        for stage in STAGES {
+            let function = stage.name.replace('-', "_");
+            assert!(!fails(&["type", &function]), "stages.sh has no {function}");
         }
     }
 }

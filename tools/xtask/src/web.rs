@@ -1,23 +1,17 @@
 //! Builds the page that shows the machines in a browser. The page is one file, which contains its style, its script and
 //! the machines as WebAssembly. So the page works from a folder and from any static host.
 
+use std::fs;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context as _, Result};
 use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use sha2::{Digest as _, Sha256};
-use xshell::{Shell, cmd};
 
-use crate::workspace::Workspace;
-
-const TARGET: &str = "wasm32-unknown-unknown";
-
-/// The version of `wasm-bindgen`. It must equal the library's version in `host/web/Cargo.toml`.
-const WASM_BINDGEN: &str = "0.2.129";
-const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
+use crate::workspace::{Workspace, run};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,7 +32,15 @@ pub(crate) struct Arguments {
 
 /// Runs `cargo xtask web`.
 pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
-    let page = page(workspace)?;
+    run(&mut workspace.script(&["page"]))?;
+    let page = assembled(workspace)?;
+    // Write only the page into this folder, so that the folder can be published.
+    let folder = workspace.target.join("web");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder)?;
+    let file = folder.join("index.html");
+    fs::write(&file, &page)?;
+    println!("{}: {} bytes", file.display(), page.len());
     if arguments.open {
         let browser = match std::env::consts::OS {
             "macos" => "open",
@@ -46,77 +48,22 @@ pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
             _ => "xdg-open",
         };
         // Ignore the exit status, because Windows' explorer always reports a failure.
-        let sh = Shell::new()?;
-        cmd!(sh, "{browser} {page}").ignore_status().run()?;
+        Command::new(browser).arg(file).status()?;
     }
     Ok(())
-}
-
-/// Builds the page. Returns its path.
-pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
-    say_what_it_costs(workspace)?;
-    let sh = &workspace.shell_with(WASM_BINDGEN_CLI, WASM_BINDGEN)?;
-    let built = build(sh, workspace)?;
-    // Write only the page into this folder, so that the folder can be published.
-    let folder = workspace.target_directory.join("web");
-    sh.remove_path(&folder)?;
-    sh.create_dir(&folder)?;
-    let page = folder.join("index.html");
-    sh.write_file(&page, assembled(sh, &built)?)?;
-    let bytes = std::fs::metadata(&page)?.len();
-    println!("{}: {bytes} bytes", page.display());
-    Ok(page)
-}
-
-/// Prints the time and space that the build takes, before anything is downloaded or compiled.
-fn say_what_it_costs(workspace: &Workspace) -> Result<()> {
-    let sh = workspace.shell()?;
-    let targets = cmd!(sh, "rustup target list --installed").quiet().read()?;
-    println!("The page is compiled to WebAssembly, which takes about a minute on two idle cores.");
-    if !targets.lines().any(|target| target == TARGET) {
-        println!(
-            "First build only: rustup downloads its target {TARGET} (about 20 MB, 90 MB on disk)."
-        );
-    }
-    if !workspace.has_tool(WASM_BINDGEN_CLI, WASM_BINDGEN) {
-        println!(
-            "First build only: {WASM_BINDGEN_CLI} {WASM_BINDGEN} (170 crates) is compiled into {}, which takes three to five minutes on two idle cores.",
-            workspace.target_directory.join("tools").display()
-        );
-    }
-    Ok(())
-}
-
-/// Compiles the machines and generates the script that calls them. Returns their folder.
-fn build(sh: &Shell, workspace: &Workspace) -> Result<PathBuf> {
-    cmd!(sh, "rustup target add {TARGET}").run()?;
-    let crate_type = ["--lib", "--crate-type", "cdylib", "--profile", "wasm"];
-    cmd!(
-        sh,
-        "cargo rustc --locked --package framelock-web {crate_type...} --target {TARGET}"
-    )
-    .run()?;
-    let built = workspace.target_directory.join(TARGET).join("wasm");
-    let machines = built.join("framelock_web.wasm");
-    let to = built.join("bound");
-    cmd!(
-        sh,
-        "wasm-bindgen --target no-modules --no-typescript --out-name machines --out-dir {to} {machines}"
-    )
-    .run()?;
-    Ok(to)
 }
 
 /// Returns the page with all its parts in one file. Its security policy allows only its own style
 /// and script, by their hashes. The page can therefore load nothing and send nothing.
-fn assembled(sh: &Shell, built: &Path) -> Result<String> {
-    let page = Path::new("host/web/page");
-    let style = sh.read_file(page.join("style.css"))?;
+fn assembled(workspace: &Workspace) -> Result<String> {
+    let page = workspace.root.join("host/web/page");
+    let built = workspace.target.join("wasm32-unknown-unknown/wasm/bound");
+    let style = fs::read_to_string(page.join("style.css"))?;
     let mut machines = GzEncoder::new(Vec::new(), Compression::best());
-    machines.write_all(&sh.read_binary_file(built.join("machines_bg.wasm"))?)?;
+    machines.write_all(&fs::read(built.join("machines_bg.wasm"))?)?;
     let machines = BASE64.encode(machines.finish()?);
-    let bindings = sh.read_file(built.join("machines.js"))?;
-    let [draw, call] = ["draw.js", "page.js"].map(|file| sh.read_file(page.join(file)));
+    let bindings = fs::read_to_string(built.join("machines.js"))?;
+    let [draw, call] = ["draw.js", "page.js"].map(|file| fs::read_to_string(page.join(file)));
     let script = [
         &bindings,
         "const MACHINES = '",
@@ -132,7 +79,7 @@ fn assembled(sh: &Shell, built: &Path) -> Result<String> {
         hash(&style),
         hash(&script)
     );
-    let mut html = sh.read_file(page.join("index.html"))?;
+    let mut html = fs::read_to_string(page.join("index.html"))?;
     for (place, content) in [
         ("{policy}", policy),
         ("{style}", style),

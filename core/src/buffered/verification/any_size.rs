@@ -166,6 +166,7 @@ fn push() {
     kani::cover!(is_moved, "the pending bytes move");
 }
 
+/// A line event calls `line_event_step`, which calls `poll_step`. So this harness covers the steps, too.
 #[kani::proof]
 #[kani::unwind(4)]
 fn line_event() {

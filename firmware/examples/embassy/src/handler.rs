@@ -49,13 +49,13 @@ impl Reception {
             (self.errors, self.in_doubt) = (errors, true);
             LineEvent::Framing
         };
-        self.line.line_event(event, |_| ());
+        self.line.event(event);
         Some(event)
     }
 
     /// Reports that the driver has lost bytes and was restarted.
     pub(crate) fn restart(&mut self, errors: u32) {
         (self.errors, self.in_doubt) = (errors, false);
-        self.line.line_event(LineEvent::Overrun, |_| ());
+        self.line.event(LineEvent::Overrun);
     }
 }

@@ -11,6 +11,6 @@ pub(crate) fn take(
 ) {
     match read {
         Ok(bytes) => line.messages(bytes).for_each(frame),
-        Err(event) => line.line_event(event, |_| ()),
+        Err(event) => line.event(event),
     }
 }

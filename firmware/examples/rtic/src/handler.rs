@@ -37,12 +37,12 @@ impl Reception {
         byte: Option<u8>,
     ) -> Option<Setpoint> {
         if now.wrapping_sub(self.heard) >= IDLE {
-            self.line.line_event(LineEvent::Idle, |_| ());
+            self.line.event(LineEvent::Idle);
             self.in_doubt = 0;
         }
         self.heard = now;
         if let Some(error) = error {
-            self.line.line_event(error, |_| ());
+            self.line.event(error);
             self.in_doubt = IN_DOUBT;
         }
         let byte = byte?;

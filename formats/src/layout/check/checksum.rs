@@ -110,15 +110,15 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
     // In a correct table, the entry of this byte is the polynomial, so the table of another polynomial has another
     // entry here.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
-    let entry = match crc.table {
-        Table::None => Some(crc.remainder(byte)),
-        Table::Bytes(table) => match get(table, byte as usize) {
-            Some(entry) if entry as u32 == crc.narrow(byte) => Some(crc.remainder(byte)),
-            _ => None,
-        },
-        Table::Words(table) | Table::Sixteens([table, ..]) => get(table, byte as usize),
+    let is_its_own = match crc.table {
+        Table::None => true,
+        Table::Bytes(table) => {
+            matches!(get(table, byte as usize), Some(entry) if entry == crc.narrow(byte))
+        }
+        Table::Words(table) => {
+            matches!(get(table, byte as usize), Some(entry) if entry == crc.remainder(byte))
+        }
     };
-    let is_its_own = matches!(entry, Some(entry) if entry == crc.remainder(byte));
     reject_if!(
         !is_its_own,
         Part::Checksum,

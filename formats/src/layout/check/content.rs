@@ -1,15 +1,13 @@
 //! Checks a layout's content and its other terminators.
 
-use super::frame::{agrees_with_content, is_content};
-use super::{get, reject_if};
-use crate::layout::{Contradiction, Encoding, Layout, Length, Part, index};
+use super::reject_if;
+use crate::layout::{Contradiction, Encoding, Layout, Length, Part, Patterns, index, larger};
 
 /// Checks the content and the terminators, independently of a frame's length.
 pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> {
-    let has_others = !layout.other_terminators.is_empty();
     if layout.content.is_empty() {
         reject_if!(
-            has_others,
+            layout.has_other_terminators(),
             Part::OtherTerminators,
             "other terminators: without a content, other bytes of a frame may look like them: give a content"
         );
@@ -32,16 +30,6 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
     let mut number = 0_usize;
     while let Some(terminator) = nth_terminator(layout, number) {
         reject_if!(
-            terminator.is_empty(),
-            Part::OtherTerminators,
-            "other terminators: one has no bytes"
-        );
-        reject_if!(
-            is_other(layout, number) && terminator.len() == layout.terminator.length,
-            Part::OtherTerminators,
-            "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
-        );
-        reject_if!(
             begins_with_content(layout, terminator),
             Part::Content,
             "content: a terminator begins with a byte of the content, so its start cannot be found"
@@ -60,7 +48,7 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
     Ok(())
 }
 
-/// Checks that the parts of a frame of `length` bytes lie before the terminator, and that the values of these parts are
+/// Checks that the fixed bits of a frame of `length` bytes lie before the terminator, and that the checksum is always
 /// allowed as content.
 pub(super) const fn check_content_of_parts(
     layout: &Layout,
@@ -80,11 +68,6 @@ pub(super) const fn check_content_of_parts(
             at >= end,
             Part::Fixed(number),
             "fixed: in frames with a content, fixed bits must be before the terminator: give shortest"
-        );
-        reject_if!(
-            at >= layout.sync.length && !agrees_with_content(layout, bits.value, bits.mask),
-            Part::Fixed(number),
-            "fixed: no byte of the content has these bits"
         );
         (number, rest) = (number.wrapping_add(1), others);
     }
@@ -116,37 +99,31 @@ pub(super) const fn check_content_of_parts(
 
 /// Returns the terminator with this number. The patterns of `terminator` come first, then the other terminators.
 const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
-    if is_other(layout, number) {
-        return get(
-            layout.other_terminators,
-            number.saturating_sub(count(layout)),
-        );
-    }
-    let length = layout.terminator.length;
-    let at = number.saturating_mul(length);
-    if let Some((_, rest)) = layout.terminator.bytes.split_at_checked(at) {
-        if let Some((terminator, _)) = rest.split_at_checked(length) {
-            return Some(terminator);
+    let [other, another] = layout.other_terminators;
+    let (mut number, mut all): (_, &[Patterns]) = (number, &[layout.terminator, other, another]);
+    while let [patterns, behind @ ..] = all {
+        let (mut rest, length) = (patterns.bytes, larger(patterns.length, 1));
+        while let Some((terminator, others)) = rest.split_at_checked(length) {
+            if number == 0 {
+                return Some(terminator);
+            }
+            (number, rest) = (number.wrapping_sub(1), others);
         }
+        all = behind;
     }
     None
 }
 
-const fn is_other(layout: &Layout, number: usize) -> bool {
-    number >= count(layout)
-}
-
-/// Returns the number of patterns in `terminator`.
-const fn count(layout: &Layout) -> usize {
-    match layout
-        .terminator
-        .bytes
-        .len()
-        .checked_div(layout.terminator.length)
-    {
-        Some(count) => count,
-        None => 0,
+/// Returns true if a byte is content.
+const fn is_content(layout: &Layout, byte: u8) -> bool {
+    let mut rest = layout.content;
+    while let [(first, last), others @ ..] = rest {
+        if *first <= byte && byte <= *last {
+            return true;
+        }
+        rest = others;
     }
+    false
 }
 
 const fn begins_with_content(layout: &Layout, terminator: &[u8]) -> bool {

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use framelock_simulation::{FrameFormat, Outcome};
+use framelock_simulation::Outcome;
 use ratatui::style::{Style, Stylize};
 use ratatui::text::{Line, Span};
 
-use crate::view_parts::{BLUE, VERMILLION};
+use crate::view_parts::{BLUE, STATES, VERMILLION};
 
 /// One byte on the line, and the outcome at each receiver.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -98,14 +98,7 @@ fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
 /// commit instead.
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
-        Outcome::Pending(bytes) => {
-            let state = FrameFormat::Bin
-                .states()
-                .get(*bytes)
-                .copied()
-                .unwrap_or_default();
-            Span::from(format!("{state:<2}")).dim()
-        }
+        Outcome::Pending(bytes) => Span::from(format!("{:<2}", STATES[*bytes])).dim(),
         Outcome::Delivered => Span::from("ok").fg(BLUE).bold(),
         Outcome::Wrong => Span::from("!!").fg(VERMILLION).bold(),
     }

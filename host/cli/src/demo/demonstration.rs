@@ -2,15 +2,14 @@
 
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use framelock::motion::{FailsafeParameters, Output, Setpoint};
 use framelock_simulation::{
-    Event, FaultRates, FrameFormat, LineTally, Origin, Parameters, Policy, ReceiverTally, Seed,
+    Event, Fate, FaultRates, LineTally, Origin, Parameters, Policy, Protocol, ReceiverTally, Seed,
     SmoothMotion, StationKind, Transmission, Trial,
 };
 
 use super::bytes::{ByteOnLine, Bytes};
-use super::lane::Lane;
 use super::script::{self, LOSS, Passage, RATE, SECONDS};
 
 const BAUD: u32 = 115_200;
@@ -25,8 +24,6 @@ const SEED: Seed = Seed { seed: 1, trial: 0 };
 pub(super) const FAULTS: FaultRates = FaultRates {
     drop: 0.02,
     flip: 0.002,
-    duplicate: 0.0,
-    insert: 0.0,
 };
 
 /// A failsafe for frames that are 100 ms apart. Its clock counts microseconds.
@@ -69,6 +66,7 @@ pub(super) struct Demonstration {
     pub(super) bytes: Bytes,
     /// The lanes of the lecture's machine and of framelock.
     pub(super) lanes: [Lane; 2],
+    protocol: Protocol,
     motion: SmoothMotion,
     trial: Trial,
     slot: u64,
@@ -80,7 +78,8 @@ impl Demonstration {
             policy,
             has_idle_gap: false,
         });
-        let mut trial = Trial::new(&PARAMETERS, SEED, FAULTS, &stations)?;
+        let protocol = Protocol::named("bin").map_err(Error::msg)?;
+        let mut trial = Trial::new(&protocol, &PARAMETERS, SEED, FAULTS, &stations)?;
         trial.events = Some(Vec::new());
         trial.lost = Some(Origin {
             frame: LOSS,
@@ -88,6 +87,7 @@ impl Demonstration {
         });
         Ok(Self {
             // The motion takes two seconds from one point to the next.
+            protocol,
             motion: SmoothMotion::new(SEED, 2 * RATE),
             trial,
             now: Duration::ZERO,
@@ -115,7 +115,12 @@ impl Demonstration {
     /// Advances to a bit, and stores the bytes and the fates of frames for the views.
     fn run_to(&mut self, bit: u64) {
         self.trial.advance_to(bit);
-        for event in self.trial.events.replace(Vec::new()).unwrap_or_default() {
+        for event in self
+            .trial
+            .events
+            .replace(Vec::new())
+            .expect("the trial is watched")
+        {
             match event {
                 Event::Byte {
                     sent: Some((Origin { frame, place }, sent)),
@@ -154,7 +159,7 @@ impl Demonstration {
         }
         self.trial.is_faulty = passage != Passage::Still;
         let [pitch, roll, yaw] = setpoint.into();
-        let frame = Transmission::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
+        let frame = Transmission::new(&self.protocol, [0, pitch, roll, yaw]);
         self.trial.send(slot, frame);
         self.last_sent = Some(setpoint);
     }
@@ -186,6 +191,49 @@ impl Demonstration {
 
 fn slot_begin(slot: u64) -> Duration {
     Duration::from_millis(slot * 1_000 / RATE)
+}
+
+/// The fates of the frames at one receiver, in the order in which the frames were due.
+#[derive(Debug, Default)]
+pub(super) struct Lane {
+    /// The fates; `None` for a slot in which no frame was sent.
+    fates: Vec<Option<Fate>>,
+    /// The time of the first frame that the receiver has missed since its last delivery.
+    deaf_since: Option<Duration>,
+    longest_deafness: Duration,
+}
+
+impl Lane {
+    /// Appends the fate of the frame that was due at this time, or `None` if no frame was sent.
+    pub(super) fn push(&mut self, due: Duration, fate: Option<Fate>) {
+        self.fates.push(fate);
+        match fate {
+            Some(Fate::Missed) => self.deaf_since = self.deaf_since.or(Some(due)),
+            // While nothing is sent, no frame can be missed.
+            Some(Fate::Delivered) | None => {
+                self.longest_deafness = self.longest_deafness(due);
+                self.deaf_since = None;
+            }
+            Some(Fate::Broken | Fate::Wrong) => {}
+        }
+    }
+
+    /// Returns the last `count` fates, oldest first.
+    pub(super) fn last(&self, count: usize) -> impl Iterator<Item = Option<Fate>> {
+        let before = self.fates.len().saturating_sub(count);
+        self.fates.iter().skip(before).copied()
+    }
+
+    /// Returns the time since the receiver became deaf, or `None` if the receiver is not deaf.
+    pub(super) fn deaf(&self, now: Duration) -> Option<Duration> {
+        self.deaf_since.map(|since| now.saturating_sub(since))
+    }
+
+    /// Returns the longest time during which the receiver was deaf.
+    pub(super) fn longest_deafness(&self, now: Duration) -> Duration {
+        let current = self.deaf(now).unwrap_or(Duration::ZERO);
+        current.max(self.longest_deafness)
+    }
 }
 
 #[cfg(test)]

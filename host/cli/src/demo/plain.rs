@@ -15,13 +15,13 @@ pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io
         "{:<31}{:<29}framelock\n{:>8}{:>8}{COLUMNS}{COLUMNS}",
         "", "lecture", "time", "sent"
     )?;
-    let mut told = None;
+    let mut current = None;
     for second in 0..=SECONDS {
         demonstration.advance_to(Duration::from_secs(second));
         let story = story(demonstration);
-        if told != Some(story) {
+        if current != Some(story) {
             writeln!(out, "\n{}\n{}\n", story.heading, story.text)?;
-            told = Some(story);
+            current = Some(story);
         }
         if second > 0 {
             let (line, reports) = demonstration.report();
@@ -84,8 +84,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
         writeln!(out)?;
     }
     let broken = line.frames_sent - line.frames_intact;
-    let mut missed = reports.iter().map(|report| report.tally.lost_intact);
-    let [lecture, framelock] = [(); 2].map(|()| missed.next().unwrap_or_default());
+    let [lecture, framelock] = [0, 1].map(|station| reports[station].tally.lost_intact);
     writeln!(
         out,
         "\nBroken by the line: {broken}. Missed though whole: lecture {lecture}, framelock {framelock}."

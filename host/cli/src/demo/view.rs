@@ -33,7 +33,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     }
     let area = area.inner(Margin::new(1, 0));
     let heights = [2, 5, 1, 4, 1, 4, 6];
-    let [title, told, _, lecture, _, framelock, bytes] =
+    let [title, story_area, _, lecture, _, framelock, bytes] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
 
     let space = if is_paused { "resumes" } else { "pauses" };
@@ -48,7 +48,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
         ends(vec![story.heading.bold()], vec![time], area.width),
         story.text.replace('\n', " ").into(),
     ];
-    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), told);
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), story_area);
 
     let (line, reports) = demonstration.report();
     let broken = line.frames_sent - line.frames_intact;
@@ -74,8 +74,8 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
 
 /// Returns a row with some text at its left end and some text at its right end.
 fn ends(mut left: Vec<Span<'static>>, right: Vec<Span<'static>>, width: u16) -> Line<'static> {
-    let taken: usize = left.iter().chain(&right).map(Span::width).sum();
-    left.push(" ".repeat(usize::from(width).saturating_sub(taken)).into());
+    let used: usize = left.iter().chain(&right).map(Span::width).sum();
+    left.push(" ".repeat(usize::from(width).saturating_sub(used)).into());
     left.extend(right);
     left.into()
 }
@@ -128,12 +128,12 @@ fn counts(report: &Report, broken: u64) -> Line<'static> {
 
 /// Returns a row with the failsafe's output and the setpoint of each axis.
 fn seat(report: &Report, demonstration: &Demonstration, width: u16) -> Line<'static> {
-    let sent = demonstration.last_sent.map(<[u8; 3]>::from);
+    let setpoint = demonstration.last_sent.map(<[u8; 3]>::from);
     let mut line = Line::from("seat, ┃ as sent  ");
     let bar_width = (width - 17).div_ceil(3).saturating_sub(7);
     let names = ["pitch", "roll", "yaw"];
     for (axis, (name, output)) in names.into_iter().zip(report.output.axes).enumerate() {
-        let sent = sent.and_then(|axes| axes.get(axis).copied());
+        let sent = setpoint.map(|axes| axes[axis]);
         line.push_span(format!("{name:>5} ").dim());
         line.extend(bar(output, sent, bar_width));
         line.push_span(" ");

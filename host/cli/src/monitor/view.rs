@@ -4,7 +4,6 @@
 
 use framelock::LineEvent;
 use framelock::motion::Output;
-use framelock_receiving::FrameFormat;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
@@ -14,7 +13,7 @@ use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use super::session::MonitorSession;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
-use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_style};
+use crate::view_parts::{BLUE, STATES, VERMILLION, bar, emphasised, phase_style};
 
 const TITLE_ROWS: u16 = 2;
 const BOX_ROWS: u16 = 9;
@@ -26,21 +25,26 @@ const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 /// Draws the view.
 pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     let area = frame.area();
-    let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
-    let has_setpoints = session.shown().frame.protocol.has_setpoints();
-    let (box_rows, discarded) = if has_setpoints {
-        (BOX_ROWS, rows_left.all_of(DISCARDED_ROWS))
-    } else {
-        // There may be many fields, so they get the free rows.
-        let discarded = rows_left.exactly(DISCARDED_ROWS);
-        (BOX_ROWS + rows_left.all_of(0), discarded)
+    let has_setpoints = session.displayed().frame.protocol.has_setpoints();
+    let free = area.height.saturating_sub(TITLE_ROWS + BOX_ROWS + KEY_ROWS);
+    let discarded_rows = match free {
+        ..DISCARDED_ROWS => 0,
+        _ if has_setpoints => free,
+        _ => DISCARDED_ROWS,
     };
-    let heights = [TITLE_ROWS, box_rows, discarded, KEY_ROWS];
+    // There may be many fields, so they get the free rows.
+    let box_rows = BOX_ROWS
+        + if has_setpoints {
+            0
+        } else {
+            free - discarded_rows
+        };
+    let heights = [TITLE_ROWS, box_rows, discarded_rows, KEY_ROWS];
     let [title, boxes, discarded, keys] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
     let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(boxes);
 
-    let watch = session.shown();
+    let watch = session.displayed();
     frame.render_widget(Paragraph::new(title_lines(session)), title);
     let block = Block::bordered().title(if has_setpoints {
         " setpoint "
@@ -62,11 +66,7 @@ pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     } else {
         "pauses"
     };
-    let record = match session.recording {
-        Some(_) => "ends the recording",
-        None => "records",
-    };
-    let line = format!(" q quits, space {space}, r {record}, z counts from zero, ? help");
+    let line = format!(" q quits, space {space}, z counts from zero, ? help");
     frame.render_widget(Line::from(line).dim(), keys);
     if session.has_help {
         draw_help(frame, area);
@@ -74,7 +74,7 @@ pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
 }
 
 fn title_lines(session: &MonitorSession) -> Vec<Line<'static>> {
-    let watch = session.shown();
+    let watch = session.displayed();
     let mut title = vec![" framelock monitor ".bold().reversed()];
     if session.is_paused() {
         title.push(" PAUSED ".yellow().reversed());
@@ -112,15 +112,17 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let bar_width = width.saturating_sub(6 + 12);
     let mut lines = Vec::new();
     for (axis, (name, output)) in AXES.into_iter().zip(axes).enumerate() {
-        let demand = demands.and_then(|axes| axes.get(axis).copied());
+        let demand = demands.map(|axes| axes[axis]);
         let sent = demand.map_or("--".to_owned(), |demand| demand.to_string());
         let mut line = Line::from(format!("{name:<6}"));
         line.extend(bar(demand.unwrap_or(0), Some(output), bar_width));
         line.push_span(format!(" {sent:>3} out {output:>3}"));
         lines.push(line);
     }
-    let states = watch.frame.protocol.setpoints.map(FrameFormat::states);
-    let states = states.unwrap_or_default();
+    let mut states = STATES.to_vec();
+    if watch.frame.protocol.longest() > states.len() {
+        states.insert(6, "crc");
+    }
     let mut line = Line::from("state   ");
     for (place, name) in states.iter().enumerate() {
         line.push_span(if place == watch.line.pending().len() {
@@ -150,7 +152,7 @@ fn fields(watch: &Watch) -> Vec<Line<'static>> {
 }
 
 fn counters(session: &MonitorSession) -> Vec<Line<'static>> {
-    let counters = session.shown().line.counters();
+    let counters = session.displayed().line.counters();
     let (discarded, events) = (&counters.discarded, &counters.events);
     let of_note = |counts: &[(&str, u32)]| {
         let spans = counts.iter().flat_map(|(name, count)| {
@@ -185,16 +187,14 @@ fn counters(session: &MonitorSession) -> Vec<Line<'static>> {
             Some(marks) => of_note(&[line_errors(marks), ("break", events.line_break)]),
             None => Line::from("line errors: this input reports none").dim(),
         },
-        match (&session.recording, session.notes.last()) {
-            (Some(recording), _) => {
-                let name = recording.path.display();
-                Line::from(format!("recorded in {name}: {}", recording.bytes)).red()
-            }
-            (None, Some(last)) => Line::from(last.clone()).yellow(),
-            (None, None) => Line::from("not recorded").dim(),
-        },
     ];
-    if !session.shown().frame.protocol.has_setpoints() {
+    lines.extend(
+        session
+            .notes
+            .last()
+            .map(|note| Line::from(note.clone()).yellow()),
+    );
+    if !session.displayed().frame.protocol.has_setpoints() {
         let (header, long) = (discarded.bad_header, discarded.too_long);
         let unknown = discarded.unknown_message;
         let line = format!("  bad header {header}  too long {long}  unknown {unknown}");

@@ -9,7 +9,7 @@ use framelock::LineEvent;
 use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase, Setpoint};
 use framelock_receiving::{AnyLine, Piece, Standstill, TrackedLine};
 
-use crate::frame_writer::{FrameWriter, Place};
+use crate::frame_writer::FrameWriter;
 
 /// The time between samples, and the number of samples that are kept. From the oldest to the newest sample, two seconds
 /// pass. The rates are those of these two seconds.
@@ -44,8 +44,6 @@ pub(super) struct Sample {
 pub(super) struct Watch {
     pub(super) now: Sample,
     pub(super) frame: FrameWriter,
-    /// Frames that the session has not taken yet, each with its offset and time.
-    pub(super) arrived: Vec<(Place, Vec<u8>)>,
     /// The last frame's setpoint and bytes.
     pub(super) setpoint: Option<Setpoint>,
     pub(super) last: Option<Vec<u8>>,
@@ -84,7 +82,6 @@ impl Watch {
         Ok(Self {
             now: Sample::default(),
             frame,
-            arrived: Vec::new(),
             setpoint: None,
             last: None,
             line: TrackedLine::new(line),
@@ -116,8 +113,8 @@ impl Watch {
             self.next_sample += SAMPLE_EVERY;
         }
         self.now.at = now;
-        let last = self.heard_at.unwrap_or_default();
-        if !self.is_idle && self.idle_gap.is_some_and(|gap| now > last + gap) {
+        let ends_gap = |gap| self.heard_at.is_some_and(|last| now > last + gap);
+        if !self.is_idle && self.idle_gap.is_some_and(ends_gap) {
             self.is_idle = true;
             let pieces = self.line.line_event(LineEvent::Idle);
             self.settle(pieces);
@@ -157,9 +154,7 @@ impl Watch {
 
     fn settle(&mut self, pieces: Vec<Piece>) {
         for Piece {
-            from,
-            bytes,
-            discarded,
+            bytes, discarded, ..
         } in pieces
         {
             if discarded.is_some() {
@@ -175,11 +170,6 @@ impl Watch {
                 self.setpoint = Some(setpoint);
                 self.failsafe.frame(setpoint);
             }
-            let place = Place {
-                offset: from + bytes.len() - 1,
-                time: Some(self.now.at),
-            };
-            self.arrived.push((place, bytes.clone()));
             self.last = Some(bytes);
             self.framed_at = Some(self.now.at);
             self.is_searching = false;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, bail};
 use framelock::Receiver;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock_receiving::Protocol;
@@ -84,18 +84,19 @@ impl Datagrams {
                 Err(error) => return error,
             };
             let came = Instant::now();
-            let outcome = parse(buffer.get(..length).unwrap_or_default());
+            let outcome = parse(&buffer[..length]);
             let mut heard = self.lock();
             heard.count += 1;
-            if let Ok(setpoint) = outcome {
-                heard.latest = Some((setpoint, came));
-            } else {
-                heard.bad += 1;
-            }
-            if let (Err(problem), 1) = (outcome, heard.bad) {
-                note(&format!(
-                    "a bad datagram from {sender}: {problem}; further bad ones are only counted"
-                ));
+            match outcome {
+                Ok(setpoint) => heard.latest = Some((setpoint, came)),
+                Err(problem) => {
+                    heard.bad += 1;
+                    if heard.bad == 1 {
+                        note(&format!(
+                            "a bad datagram from {sender}: {problem}; further bad ones are only counted"
+                        ));
+                    }
+                }
             }
         }
     }
@@ -109,9 +110,9 @@ impl Heard {
 }
 
 /// Parses a datagram: three bytes, a frame, or text.
-fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
+fn parse(datagram: &[u8]) -> Result<Setpoint> {
     if datagram.len() > LONGEST {
-        return Err(format!("it is longer than {LONGEST} bytes"));
+        bail!("it is longer than {LONGEST} bytes");
     }
     if let &[pitch, roll, yaw] = datagram {
         return Ok(Setpoint { pitch, roll, yaw });
@@ -128,7 +129,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     let text = || options::setpoint(text.trim_end_matches('\0').trim());
     frame
         .map_or_else(text, Ok)
-        .map_err(|problem| format!("it is neither three bytes nor a frame, and {problem}"))
+        .map_err(|problem| anyhow!("it is neither three bytes nor a frame, and {problem}"))
 }
 
 #[cfg(test)]
@@ -166,7 +167,9 @@ mod tests {
             (&[b'0'; 600], Err("longer than 512 bytes")),
         ] {
             match (parse(datagram), outcome) {
-                (Err(problem), Err(reason)) => assert!(problem.contains(reason), "{problem}"),
+                (Err(problem), Err(reason)) => {
+                    assert!(problem.to_string().contains(reason), "{problem}");
+                }
                 (parsed, outcome) => assert_eq!(parsed.ok(), outcome.ok(), "{datagram:?}"),
             }
         }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
-use framelock_simulation::{ByteFaults, between};
+use framelock_simulation::between;
 
 use super::pacer::{Clock, Pacer, Rate};
 
@@ -35,7 +35,6 @@ pub(super) struct Transmission<'a, C, W> {
     pub(super) pacer: Pacer<C>,
     line: &'a mut W,
     frame: &'a Protocol,
-    pub(super) faults: Option<ByteFaults>,
     last: Option<Setpoint>,
     /// The number of frames, without the parking frames.
     pub(super) frames: u64,
@@ -45,17 +44,11 @@ pub(super) struct Transmission<'a, C, W> {
 }
 
 impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
-    pub(super) fn new(
-        clock: C,
-        line: &'a mut W,
-        frame: &'a Protocol,
-        faults: Option<ByteFaults>,
-    ) -> Self {
+    pub(super) fn new(clock: C, line: &'a mut W, frame: &'a Protocol) -> Self {
         Self {
             pacer: Pacer::new(clock),
             line,
             frame,
-            faults,
             last: None,
             frames: 0,
             silent: 0,
@@ -74,18 +67,11 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
             if length.is_some_and(|length| due >= length) || !self.pacer.wait_until(due) {
                 break;
             }
-            let Some(mut bytes) = (source.frame)(due) else {
+            let Some(bytes) = (source.frame)(due) else {
                 self.silent += 1;
                 continue;
             };
             self.last = self.frame.setpoint(&bytes);
-            if let Some(faults) = &mut self.faults {
-                bytes = bytes
-                    .into_iter()
-                    .flat_map(|byte| faults.carry(byte))
-                    .flatten()
-                    .collect();
-            }
             self.line.write_all(&bytes)?;
             self.frames += 1;
         }
@@ -95,7 +81,7 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
         self.line.flush()
     }
 
-    /// Moves the axes in a straight line to the park setpoint, without deliberate faults.
+    /// Moves the axes in a straight line to the park setpoint.
     fn park(&mut self, Parking { at, seconds, rate }: Parking) -> io::Result<()> {
         self.pacer.restart();
         let from = self.last.unwrap_or(at);

@@ -1,13 +1,12 @@
 //! Traces a receiver: a row for each byte.
 
-use std::io::Write as _;
-
 use anyhow::{Error, Result};
 use framelock::motion::Setpoint;
 use framelock_description::hex;
-use framelock_receiving::{AnyLine, FrameFormat, Piece, Policy, Protocol, TrackedLine};
+use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
-use crate::frame_writer::{FrameWriter, Place};
+use crate::frame_writer::FrameWriter;
+use crate::view_parts::STATES;
 
 /// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
 const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
@@ -21,6 +20,11 @@ const GOES_ON: &str = "\n                       ";
 /// The offset of pitch in a frame; roll and yaw follow.
 const AXES_AT: usize = 3;
 const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
+
+/// Returns whether the frames are BIN, which the lecture's machine receives.
+pub(super) fn is_bin(protocol: &Protocol) -> bool {
+    protocol.name == "bin"
+}
 
 /// A receiver that is traced.
 pub(super) struct Traced {
@@ -53,12 +57,11 @@ pub(super) struct Step {
 
 impl Traced {
     pub(super) fn new(protocol: &Protocol, policy: Policy) -> Result<Self> {
-        let is_bin = protocol.setpoints == Some(FrameFormat::Bin);
         Ok(Self {
             policy,
             line: TrackedLine::new(AnyLine::new(protocol, policy).map_err(Error::msg)?),
             frames: FrameWriter::new(protocol.clone()),
-            bin: is_bin.then(BinTrace::default),
+            bin: is_bin(protocol).then(BinTrace::default),
         })
     }
 
@@ -109,52 +112,13 @@ impl Traced {
             ),
             None => format!("  {:>7}", step.after),
         };
-        let happened = self.happened(step).into_iter();
-        let happened: Vec<String> = happened.map(|what| format!("  {what}")).collect();
-        let happened = happened.join(GOES_ON);
+        let events = self.happened(step).into_iter();
+        let events: Vec<String> = events.map(|event| format!("  {event}")).collect();
         format!(
-            "{offset:>6}  {byte:02X} {:<3}{columns}{happened}",
-            character(byte)
+            "{offset:>6}  {byte:02X} {:<3}{columns}{}",
+            character(byte),
+            events.join(GOES_ON)
         )
-    }
-
-    /// Appends a step as a JSON object. The keys are the same for all formats, except that BIN has additional keys for
-    /// the lecture's columns.
-    pub(super) fn json(&self, step: &Step, into: &mut Vec<u8>) -> Result<()> {
-        let (offset, byte, after) = (step.offset, step.byte, step.after);
-        let policy = self.policy;
-        write!(
-            into,
-            r#"{{"offset":{offset},"byte":{byte},"policy":"{policy}","pending":{after},"#
-        )?;
-        if let Some(bin) = &step.bin {
-            write!(
-                into,
-                r#""state_before":"{}","state_after":"{}","temp":{},"setpoint":{},"#,
-                state(step.before),
-                state(after),
-                serde_json::to_string(&bin.temp)?,
-                serde_json::to_string(&bin.setpoint.map(<[u8; 3]>::from))?
-            )?;
-        }
-        into.extend(br#""what":["#);
-        for (number, piece) in step.pieces.iter().enumerate() {
-            let (from, count) = (piece.from, piece.bytes.len());
-            into.extend(if number > 0 { &b","[..] } else { b"" });
-            if let Some(why) = piece.discarded {
-                let bytes = hex::glued(&piece.bytes);
-                write!(
-                    into,
-                    r#"{{"discarded":{count},"from":{from},"bytes":"{bytes}","why":"{why}"}}"#
-                )?;
-            } else {
-                let (offset, time) = (from + count - 1, None);
-                self.frames
-                    .append_json(into, &Place { offset, time }, &piece.bytes);
-            }
-        }
-        into.extend(b"]}\n");
-        Ok(())
     }
 
     /// Returns a line of text for each event of a step.
@@ -193,18 +157,18 @@ impl Traced {
             ("broken sync", discarded.broken_sync),
             ("no CR", discarded.wrong_terminator),
         ];
-        let reasons = reasons.iter().filter(|(_, count)| *count > 0);
-        let reasons = reasons.map(|(why, count)| format!("; {why}: {count}"));
+        let counted = reasons.iter().filter(|(_, count)| *count > 0);
+        let reason_counts = counted.map(|(why, count)| format!("; {why}: {count}"));
         format!(
             "{:<11}{bytes} byte{} = {} x {} committed + {} discarded + {pending} pending\n{:11}SP={}{}",
             format!("{policy}:"),
             if bytes == 1 { "" } else { "s" },
-            FrameFormat::Bin.length(),
+            STATES.len(),
             counters.frames,
             discarded.total(),
             "",
             in_brackets(bin.axes()),
-            reasons.collect::<String>(),
+            reason_counts.collect::<String>(),
         )
     }
 }
@@ -234,7 +198,7 @@ impl BinTrace {
                 format!("not CR: {discarded} bytes discarded")
             }
         };
-        let is_resynchronised = before + 1 == FrameFormat::Bin.length() && after > 0;
+        let is_resynchronised = before + 1 == STATES.len() && after > 0;
         let goes_on = is_resynchronised.then(|| {
             let start = if after == 1 { "A" } else { "AB" };
             let offset = step.offset + 1 - after;
@@ -246,8 +210,7 @@ impl BinTrace {
 
 /// Returns the lecture's name of the state with this number of pending bytes.
 fn state(pending: usize) -> &'static str {
-    let states = FrameFormat::Bin.states();
-    states.get(pending).copied().unwrap_or_default()
+    STATES[pending]
 }
 
 /// Returns a byte as text, or an empty text if the byte is not printable.

@@ -217,6 +217,24 @@ mod at_a_serial_port {
         assert_eq!((ended.status.code(), ended.stderr), (Some(0), vec![]));
     }
 
+    #[test]
+    fn the_bytes_are_recorded_as_they_arrive_and_no_file_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("capture.bin");
+        let option = format!("--record={}", file.display());
+        let mut session = decoding(&[&option]);
+        session.far_end.write_all(b"noise").unwrap();
+        session.far_end.write_all(&CLEAN).unwrap();
+        assert_eq!(session.next_line(), "18,127,200,74\n");
+        let expected = [&CLEAN[..], b"noise", &CLEAN].concat();
+        assert_eq!(fs::read(&file).unwrap(), expected);
+        signal(&session.child, "-INT");
+        session.child.wait().unwrap();
+        let told = complaint(feed(start(&["decode", &option]), &CLEAN));
+        assert!(told.contains("name a file that does not exist"), "{told}");
+        assert_eq!(fs::read(&file).unwrap(), expected);
+    }
+
     /// A pseudo-terminal has no parity bit, but it stores the parity setting.
     #[test]
     fn the_port_is_set_as_the_options_say() {

@@ -1,13 +1,15 @@
 //! Tests of `framelock encode` as a process.
 
+use std::fs;
 use std::io::{Read, Write};
 
 use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock_limited::RunToEnd as _;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::process::{described, shown, start, written};
+use crate::process::{described, framelock, shown, start, written};
 
 /// Runs `framelock encode`, which must succeed without messages, and returns the frames.
 fn encoded(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
@@ -134,4 +136,32 @@ fn frames_of_other_programs_are_decoded_and_encoded_again() {
         count += 1;
     }
     assert_eq!(count, 22);
+}
+
+#[test]
+fn a_file_is_replaced_only_if_all_rows_are_valid() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.bin");
+    let files = || fs::read_dir(folder.path()).unwrap().count();
+    for before in [None, Some(""), Some("old")] {
+        if let Some(content) = before {
+            fs::write(&path, content).unwrap();
+        }
+        let run = |rows: &str| {
+            let mut encode = framelock(&["encode", "--output"]);
+            encode.arg(&path).run_to_end(rows.as_bytes()).unwrap()
+        };
+        let output = run("1,2,3\n1,2,256\n");
+        assert!(!output.status.success(), "{before:?}");
+        let content = fs::read_to_string(&path).ok();
+        assert_eq!(content.as_deref(), before);
+        assert_eq!(
+            files(),
+            usize::from(before.is_some()),
+            "no other file remains"
+        );
+        assert!(run("1,2,3\n").status.success(), "{before:?}");
+        assert_eq!(fs::read(&path).unwrap(), frames(&[[1, 2, 3]]));
+        fs::remove_file(&path).unwrap();
+    }
 }

@@ -58,33 +58,6 @@ fn a_profile_arrives_unchanged_and_then_the_axes_park() {
 }
 
 #[test]
-fn faults_are_made_as_the_seed_says_and_counted() {
-    let rows = csv(&profile(), |_| String::new());
-    let faulty = |more: &[&str]| {
-        let arguments = "send - --profile=- --rate=20000 --no-park --flip=0.01 --drop=0.01 \
-                         --duplicate=0.01 --insert=0.01";
-        let arguments: Vec<&str> = arguments.split(' ').collect();
-        let output = run(&[&arguments, more].concat(), &rows);
-        assert!(output.status.success());
-        (output.stdout, text(output.stderr))
-    };
-    let (bytes, told) = faulty(&[]);
-    let told = told.lines().find(|line| line.contains("seed 1")).unwrap();
-    let numbers: Vec<usize> = told
-        .split(|c: char| !c.is_ascii_digit())
-        .filter_map(|number| number.parse().ok())
-        .collect();
-    let &[1, all, dropped, flipped, twice, inserted] = &numbers[..] else {
-        panic!("{told}");
-    };
-    assert_eq!(all, 7 * 256);
-    assert_eq!(bytes.len(), all - dropped + twice + inserted);
-    assert!(dropped > 0 && flipped > 0 && twice > 0 && inserted > 0);
-    assert_eq!(faulty(&[]).0, bytes);
-    assert_ne!(faulty(&["--seed=2"]).0, bytes);
-}
-
-#[test]
 fn ctrl_c_and_termination_park_first() {
     for name in ["-INT", "-TERM"] {
         let motion = "send - --motion=step --rate=1000 --park=10,20,30 --park-seconds=0.1";

@@ -1,6 +1,6 @@
 //! Tests of `framelock simulate` as a process.
 
-use framelock_simulation::{FrameFormat, Parameters, Payload, ReceiverTally, run_all};
+use framelock_simulation::{Parameters, Payload, Protocol, ReceiverTally, run_all};
 
 use crate::process;
 
@@ -31,11 +31,10 @@ fn the_same_seed_gives_the_same_results() {
 /// Every option is a parameter of the simulation, and the tables show the simulation's counts.
 #[test]
 fn the_tables_show_what_the_simulation_counts() {
-    let base = Parameters {
+    let parameters = Parameters {
         seed: 7,
         trials: 3,
         frames: 400,
-        frame: FrameFormat::Bin,
         payload: Payload::Random(0x40, 0x43),
         baud: 9_600,
         rate: 99.5,
@@ -47,18 +46,8 @@ fn the_tables_show_what_the_simulation_counts() {
         idle_gap: 3,
         ..Parameters::DEFAULT
     };
-    for parameters in [
-        base,
-        Parameters {
-            frame: FrameFormat::BinCrc8,
-            ..base
-        },
-    ] {
-        // The lecture's machine receives only BIN.
-        let (frame, receivers) = match parameters.frame {
-            FrameFormat::Bin => ("bin", 4),
-            FrameFormat::BinCrc8 => ("bin-crc8", 2),
-        };
+    // The lecture's machine receives only BIN.
+    for (frame, receivers) in [("bin", 4), ("bin-crc8", 2)] {
         let shown = shown(&[
             "--seed=7",
             "--trials=3",
@@ -74,7 +63,7 @@ fn the_tables_show_what_the_simulation_counts() {
             "--burst-length=150",
             "--idle-gap=3",
         ]);
-        let tally = run_all(&parameters).unwrap();
+        let tally = run_all(&Protocol::named(frame).unwrap(), &parameters).unwrap();
         let line = tally.line;
         for (name, count) in [
             ("frames sent", line.frames_sent),
@@ -109,7 +98,7 @@ fn help_and_tables_fit_a_terminal() {
     let help = shown(&["--help"]);
     assert!(fits(&help) && help.lines().count() <= 80, "{help}");
     let widest = [
-        "--payload=repeated:40-43",
+        "--payload=random:40-43",
         "--baud=10000000",
         "--rate=12345.678",
         "--trials=2",

@@ -1,21 +1,36 @@
 //! Tests that terminal control characters from the line never reach the terminal.
 
-use std::fs;
-use std::path::Path;
-
-use framelock_fuzz_oracles::{LINES, is_harmless, terminal};
-use framelock_host::text_outputs::TextOutputs;
+use framelock_description::SHIPPED;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::process::{complaint, described, run, shown};
+use crate::process::{complaint, described, run, text};
 
 /// Byte sequences that a terminal acts on, some of them valid UTF-8 and some not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
 
 /// For each sequence in [`HARMFUL`], a part of the escaped text that outputs contain instead of the sequence.
 const QUOTED: [&str; 6] = ["x1B[2J", "x07", "x7F", "x9B", "xAE", "x8F"];
+
+/// A description of text frames without a checksum.
+const LINES: &str = r#"
+    sync = "23"
+    terminator = "0D 0A"
+    longest = 40
+    fields = [
+        { name = "number", at = 1, type = "u8" },
+        { name = "note", at = 2, type = "text" },
+    ]
+"#;
+
+/// Returns whether a terminal shows the text from left to right and acts on no character except the newline.
+fn is_harmless(text: &str) -> bool {
+    let changes_direction = |c| matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
+    !text
+        .chars()
+        .any(|c| c.is_control() && c != '\n' || changes_direction(c))
+}
 
 fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = HARMFUL.choose(random).unwrap().as_bytes().to_vec();
@@ -24,65 +39,58 @@ fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// Runs the fuzz target on the fuzzer's corpus and on random bytes, with every shipped description and every text
-/// format.
 #[test]
-fn no_text_of_a_stream_controls_the_terminal() {
-    let all = TextOutputs::all(LINES).unwrap();
-    // For each format of frames, the texts that quote each harmful sequence.
-    let mut quoted = vec![[0; HARMFUL.len()]; all.len()];
-    let mut longest = 0;
-    let mut check = |bytes: &[u8]| {
-        terminal(bytes, |number, stream| {
-            let number = number % all.len();
-            let texts = all[number].of(stream).unwrap();
-            longest = longest.max(texts.len());
-            for (quoted, sequence) in quoted[number].iter_mut().zip(QUOTED) {
-                *quoted += texts.iter().filter(|text| text.contains(sequence)).count();
-            }
-            texts
-        });
-    };
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/terminal");
-    for entry in fs::read_dir(corpus).unwrap() {
-        check(&fs::read(entry.unwrap().path()).unwrap());
-    }
+fn control_characters_from_the_line_never_reach_the_terminal() {
+    let (_folder, lines) = described(LINES);
+    let shipped = SHIPPED.iter().map(|(name, _)| format!("--frame={name}"));
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    for frames in (0..=u8::MAX).cycle().take(2_000) {
-        let pieces = (0..random.random_range(0..6)).map(|_| harmful(&mut random));
-        let bytes = pieces.collect::<Vec<_>>().concat();
-        check(&[&[frames], &bytes[..]].concat());
+    let mut stream = Vec::new();
+    for _ in 0..500 {
+        let content = [
+            b"#1".to_vec(),
+            harmful(&mut random),
+            harmful(&mut random),
+            harmful(&mut random),
+        ]
+        .concat();
+        let check = content.iter().fold(0, |check, byte| check ^ byte);
+        // The bytes are the text of a line, and of an NMEA sentence.
+        stream.extend(
+            [
+                &content[..],
+                b"\r\n$",
+                &content,
+                format!("*{check:02X}\r\n").as_bytes(),
+            ]
+            .concat(),
+        );
     }
-    // Rows, traces and errors each quote the input.
-    assert!(longest > 6, "{longest}");
-    let least = quoted.iter().flatten().min();
-    assert!(least > Some(&20), "{quoted:?}");
+    for frame in shipped.chain([lines.clone()]) {
+        for arguments in [
+            &["decode", "--format=text"][..],
+            &["decode", "--format=csv"],
+            &["decode"],
+            &["trace", "-"],
+        ] {
+            let output = run(&[arguments, &[&frame]].concat(), &stream);
+            assert!(output.status.success());
+            let (shown, hint) = (text(output.stdout), text(output.stderr));
+            assert!(
+                is_harmless(&shown) && is_harmless(&hint),
+                "{arguments:?}: {shown:?} {hint:?}"
+            );
+            for escape in QUOTED {
+                assert!(
+                    frame != lines || shown.matches(escape).count() > 20,
+                    "{frame} {arguments:?}: {escape}"
+                );
+            }
+        }
+    }
 }
 
 #[test]
-fn control_characters_from_the_line_never_reach_the_terminal() {
-    let (_folder, frame) = described(LINES);
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let frames = 500;
-    let mut stream = Vec::new();
-    for _ in 0..frames {
-        stream.extend(b"#1");
-        (0..3).for_each(|_| stream.extend(harmful(&mut random)));
-        stream.extend(b"\r\n");
-    }
-    for arguments in [
-        &["decode", "--format=text"][..],
-        &["decode", "--format=csv"],
-        &["decode"],
-        &["trace", "-"],
-        &["trace", "-", "--format=jsonl"],
-    ] {
-        let shown = shown(&[arguments, &[&frame]].concat(), &stream);
-        assert!(is_harmless(&shown), "{arguments:?}: {shown:?}");
-        let escapes = shown.matches("x1B[2J").count();
-        assert!(escapes > frames / 2 - 50, "{arguments:?}: {escapes}");
-    }
-    // Errors quote the input.
+fn errors_quote_the_input_without_its_control_characters() {
     for (arguments, input) in [
         (&["decode", "--input=hex"][..], "41 \x1B[2J"),
         (&["trace", "--input=hex", "-"], "41 \u{202E}"),

@@ -5,6 +5,7 @@
 //! pipes, which trycmd does not provide.
 
 use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -21,11 +22,12 @@ const GUIDES: [&str; 4] = [
 ];
 
 /// Commands that these tests do not run, in pages other than [`GUIDES`]: their first words, and the reason.
-const NOT_RUN: [(&str, &str); 7] = [
+const NOT_RUN: [(&str, &str); 8] = [
     (
         "cargo",
         "builds, tests or measures: the stages of verify do",
     ),
+    ("SNAPSHOTS=overwrite cargo", "changes the pages"),
     ("(cd firmware", "firmware/tests/examples.rs runs it"),
     ("printf", "firmware/tests/examples.rs runs it"),
     ("cd", "cargo follows"),
@@ -61,9 +63,7 @@ fn guides_and_cases_show_what_their_commands_print() {
         let folder = Folder::new();
         let page = fs::read_to_string(&path).unwrap();
         let (printed, count) = folder.print(&page);
-        // In this output, backslashes do not separate folders.
-        let compare = Assert::new().normalize_paths(false).action_env("SNAPSHOTS");
-        compare.eq(printed, Data::read_from(&path, None));
+        compare(printed, &path, &comparison().action_env("SNAPSHOTS"));
         commands += count;
         if path.ends_with("own-frame.md") {
             // The first block of this page shows the bytes that the page's commands produce.
@@ -77,6 +77,35 @@ fn guides_and_cases_show_what_their_commands_print() {
         }
     }
     assert!(commands >= 165, "{commands}");
+}
+
+fn comparison() -> Assert {
+    // In the output, backslashes do not separate folders.
+    Assert::new().normalize_paths(false)
+}
+
+/// Panics if the page differs from the page with the current output.
+fn compare(printed: String, page: &Path, comparison: &Assert) {
+    comparison.eq(printed, Data::read_from(page, None));
+}
+
+#[test]
+fn a_page_that_shows_another_output_fails() {
+    let folder = Folder::new();
+    let path = folder.0.path().join("page.md");
+    for (shown, is_right) in [
+        ("one\ntwo", true),
+        ("one\n[..]", true),
+        ("one", false),
+        ("one\nthree", false),
+        ("one\ntwo\nthree", false),
+    ] {
+        let page = format!("```sh\nprintf 'one\\ntwo\\n'\n```\n```text\n{shown}\n```\n");
+        fs::write(&path, &page).unwrap();
+        let (printed, _) = folder.print(&page);
+        let compared = catch_unwind(AssertUnwindSafe(|| compare(printed, &path, &comparison())));
+        assert_eq!(compared.is_ok(), is_right, "{page}");
+    }
 }
 
 #[test]

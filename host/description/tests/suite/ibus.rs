@@ -7,9 +7,9 @@ fn values(name: &str, frames: &[&str]) -> Vec<String> {
     let description = Description::parse(name, shipped(name).unwrap()).unwrap();
     let values = frames.iter().map(|frame| {
         let frame = hex::parse(&[frame]).unwrap();
-        let format = framelock::Format::classify(&description.format(), &frame);
+        let format = framelock::Format::classify(description.format(), &frame);
         assert_eq!(format, framelock::Classification::Frame(frame.len()));
-        let shown = description.kinds[0].shown(&frame);
+        let shown = description.kinds[0].values(&frame);
         let values = shown.flat_map(|(_, content)| content.values().map(|it| it.to_string()));
         values.collect::<Vec<_>>().join(" ")
     });

@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 /// Returns the names and values of a frame as text.
 fn shown(description: &Description, frame: &[u8]) -> String {
     let kind = description.kind(frame).unwrap();
-    let fields = kind.shown(frame).map(|(field, content)| {
+    let fields = kind.values(frame).map(|(field, content)| {
         let values = content.values().map(|value| value.to_string());
         let unit = field.unit.as_deref().map(|unit| format!(" {unit}"));
         let values = values.collect::<Vec<_>>().join(" ");
@@ -88,6 +88,15 @@ fn each_key_means_what_it_is_called() {
             "24 FE 5F 83",
             "low -2, high 5, even 3",
         ),
+        // Fields may share bytes.
+        (
+            "sync = '24'\nlength = 4\nfields = [
+             { name = 'word', at = 1, type = 'u16le' }, { name = 'low', at = 1, type = 'u8' },
+             { name = 'flags', at = 2, bits = 4, bit = 2 }]",
+            json!([0x2C05, 5, 11]),
+            "24 05 2C 00",
+            "word 11269, low 5, flags 11",
+        ),
         // A field selects one of several terminators. Another field is at the beginning of the frame.
         (
             "sync = 'C8 | EE'\nterminator = '00 | 04'\nlength = 4\nfields = [
@@ -133,6 +142,46 @@ fn each_key_means_what_it_is_called() {
 }
 
 /// Numbers of each size, with and without a sign, are read and written in each byte order.
+/// Fields of bits begin at any bit, and have any number of bits. They continue in the next bytes.
+#[test]
+fn bits_are_counted_from_the_lowest_bit_and_continue_in_the_next_bytes() {
+    for (first, width) in (0..8).flat_map(|first| (1..=64).map(move |width| (first, width))) {
+        let text = format!(
+            "sync = '24'\nlength = 10\nfields = [{{ name = 'a', at = 1, bit = {first}, bits = {width} }}]"
+        );
+        let description = Description::parse("bits.toml", &text).unwrap();
+        for value in [u64::MAX, 0xA5C3_9687_5A3C_6978, 1] {
+            let value = value >> (64 - width) | 1;
+            let frame = description.encode(&[Some(json!(value))]).unwrap();
+            let [bytes @ .., _, _, _, _, _, _, _] = (u128::from(value) << first).to_le_bytes();
+            assert_eq!(frame, [&[0x24][..], &bytes].concat(), "{first} {width}");
+            assert_eq!(
+                shown(&description, &frame),
+                format!("a {value}"),
+                "{first} {width}"
+            );
+        }
+    }
+}
+
+/// The values of a list may be in any order.
+#[test]
+fn a_field_with_a_list_of_values_has_each_of_them_and_no_other() {
+    let text = "sync = '24'\nlength = 2\nfields = [{ name = 'a', at = 1, type = 'u8', value = [9, 2, 200, 7, 3] }]";
+    let description = Description::parse("list.toml", text).unwrap();
+    for value in 0..=u8::MAX {
+        let is_listed = [9, 2, 200, 7, 3].contains(&value);
+        let layout = &description.kinds[0].layout();
+        let is_frame = layout.classify(&[0x24, value]) == Classification::Frame(2);
+        assert_eq!(is_frame, is_listed, "{value}");
+        assert_eq!(
+            description.encode(&[Some(json!(value))]).is_ok(),
+            is_listed,
+            "{value}"
+        );
+    }
+}
+
 #[test]
 fn numbers_have_a_size_a_sign_and_an_order() {
     for (bytes, order) in [1, 2, 3, 4, 8]
@@ -187,7 +236,7 @@ fn a_frame_may_end_in_several_ways() {
     for text in ["ab#c", "ab\nc", "ab\r", "é"] {
         let encoded = description.encode(&[Some(json!(text)), Some(json!(59))]);
         assert!(
-            encoded.is_err_and(|why| why.contains("their content")),
+            encoded.is_err_and(|why| why.to_string().contains("their content")),
             "{text}"
         );
     }
@@ -269,7 +318,10 @@ fn a_description_may_have_several_kinds() {
         (json!(["state", 2, null, 3]), "missing field `text`"),
         (json!(["measurement", 1]), "missing field `position`"),
     ] {
-        assert!(encode(values).unwrap_err().starts_with(told), "{told}");
+        assert!(
+            encode(values).unwrap_err().to_string().starts_with(told),
+            "{told}"
+        );
     }
 }
 
@@ -326,6 +378,11 @@ fn what_cannot_be_written_is_told() {
             "a cannot have this value: the description gives its bytes another value",
         ),
         (
+            "sync = '24'\nlength = 3\nfields = [{ name = 'a', at = 1, type = 'u16le' }, { name = 'b', at = 2, type = 'u8' }]",
+            json!([0x0305, 4]),
+            "a cannot have this value: the description gives its bytes another value",
+        ),
+        (
             "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
             json!(["1\\x0A2"]),
             "there is no frame of 5 bytes with these values",
@@ -344,7 +401,7 @@ fn what_cannot_be_written_is_told() {
             .cloned()
             .map(Some)
             .collect();
-        let why = description.encode(&values).unwrap_err();
+        let why = description.encode(&values).unwrap_err().to_string();
         assert!(why.starts_with(told), "{why}");
     }
 }

@@ -7,11 +7,14 @@ use framelock_description::{Description, hex};
 fn received(description: &Description, stream: &[u8]) -> (Vec<String>, usize) {
     let format = description.format();
     let mut receiver =
-        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
+        BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]).unwrap();
     let (mut kinds, mut discarded) = (vec![], 0);
-    receiver.feed(stream, |found| match found.message() {
-        Some(frame) => kinds.push(description.kinds[frame.message().0].name.clone()),
-        None => discarded += found.bytes(),
+    receiver.feed(stream, |found| {
+        let count = found.bytes();
+        match found.message() {
+            Some(frame) => kinds.push(description.kinds[frame.message().0].name.clone()),
+            None => discarded += count,
+        }
     });
     (kinds, discarded)
 }

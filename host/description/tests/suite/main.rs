@@ -5,15 +5,13 @@
     clippy::unwrap_used,
     clippy::indexing_slicing,
     clippy::doc_markdown,
+    clippy::too_many_lines,
     reason = "a panic fails the test"
 )]
 
-mod agreement;
-mod drawn;
 mod ibus;
 mod keys;
 mod kinds;
 mod mavlink;
-mod random;
 mod shipped;
 mod wrong;

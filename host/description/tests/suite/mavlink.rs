@@ -89,7 +89,7 @@ fn zeros_that_the_sender_leaves_out() {
             let field = fields.split("},").nth(number).unwrap().trim_end_matches('}');
             let text = format!("{HEAD}truncated_zeros = true\nfields = [{field}}}]");
             let description = Description::parse("my.toml", &text).unwrap();
-            let shown = description.kinds[0].shown(&bytes);
+            let shown = description.kinds[0].values(&bytes);
             let shown: Vec<String> = shown
                 .map(|(_, content)| {
                     let values = content.values().map(|value| value.to_string());
@@ -161,7 +161,9 @@ fn messages_of_a_dialect_have_names() {
         assert_eq!(encoded(&description, "my.toml", number).unwrap(), frame);
     }
     assert!(!of("[[436, 193]]").has_kinds());
-    let told = encoded(&of("'common'"), "CURRENT_MODE", 2).unwrap_err();
+    let told = encoded(&of("'common'"), "CURRENT_MODE", 2)
+        .unwrap_err()
+        .to_string();
     assert!(
         told.contains("received as a frame of another kind"),
         "{told}"
@@ -193,7 +195,7 @@ fn a_named_message_that_its_view_does_not_show_has_its_payload() {
     assert_eq!(frame.len(), 52);
     assert_eq!(shipped.name(&frame), Some("ATTITUDE"));
     let kind = shipped.kind(&frame).unwrap();
-    let content = kind.content(whole.unwrap(), &frame).unwrap();
+    let content = kind.contents(&frame).of(whole.unwrap()).unwrap();
     assert_eq!(content.value().to_string(), payload);
 }
 
@@ -212,7 +214,9 @@ fn every_message_of_the_dialects_has_one_name() {
 #[test]
 fn a_row_without_values_has_one_byte_of_payload() {
     let mavlink2 = Description::parse("mavlink2", shipped("mavlink2").unwrap()).unwrap();
-    let view = mavlink2.shown().find(|kind| kind.name == "ATTITUDE");
+    let view = mavlink2
+        .kinds_and_views()
+        .find(|kind| kind.name == "ATTITUDE");
     let head: Vec<&str> = view
         .unwrap()
         .fields

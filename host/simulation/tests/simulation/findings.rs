@@ -1,12 +1,11 @@
 //! Tests of the findings about the protocol and about both policies.
 
-use framelock_proofs::reference;
 use framelock_simulation::{
-    FaultRates, FrameFormat, Origin, Parameters, Payload, Policy, ReceiverTally, Seed, StationKind,
-    Tally, Trial,
+    FaultRates, Origin, Parameters, Payload, Policy, ReceiverTally, Seed, StationKind, Tally,
+    Trial, run_all,
 };
 
-use super::{is_plausible, receiver, simulated, theory, trials};
+use super::{bin, bin_crc8, is_plausible, receiver, simulated, theory, trials};
 
 /// The mean number of intact frames that the lecture's machine loses in a trial, and the mean's standard error.
 #[derive(Debug)]
@@ -35,13 +34,14 @@ fn one_lost_byte(parameters: Parameters, payload: &str, lost_in: u64) -> (Tally,
             seed: parameters.seed,
             trial: number.into(),
         };
-        let stations = StationKind::of(parameters.frame);
-        let mut trial = Trial::new(&parameters, seed, FaultRates::default(), &stations).unwrap();
+        let (bin, no_faults) = (bin(), FaultRates::default());
+        let stations = StationKind::all(&bin);
+        let mut trial = Trial::new(&bin, &parameters, seed, no_faults, &stations).unwrap();
         trial.lost = Some(Origin {
             frame: lost_in,
-            place: number as usize % parameters.frame.length(),
+            place: number as usize % 7,
         });
-        trial.send_all(&parameters, seed);
+        trial.send_all(&bin, &parameters, seed);
         let tally = trial.tally();
         squares += receiver(&tally, Policy::Lecture, false).lost_intact.pow(2);
         sum = sum.and(tally);
@@ -133,87 +133,34 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
-/// Tests finding 3 with repeated payloads of bytes from 0x40 to 0x43, in trials of 40 frames. In some trials the
-/// lecture's machine never recovers, so the loss depends on how many frames follow the lost byte. If 18 frames follow
-/// the lost byte, 3.3 frames are lost on average.
-#[test]
-fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
-    for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
-        let trials = trials(2_000, 20_000);
-        let parameters = Parameters {
-            trials,
-            frames: RUN,
-            ..WITHOUT_PAUSES
-        };
-        let (tally, mean) = one_lost_byte(parameters, "repeated:40-43", frame as u64);
-        let [lecture, framelock] = policies(&tally);
-        let expected = lost_of_repeated_frames(frame);
-        for value in [Some(expected), finding].into_iter().flatten() {
-            assert!(mean.is_about(value), "{mean:?} {value}");
-        }
-        assert!(expected > at_least);
-        assert!(lecture.deaf > u64::from(trials) / 20, "{lecture:?}");
-        assert_eq!(framelock.lost_intact, 0);
-    }
-}
-
-const RUN: u32 = 40;
-
-/// Returns the exact mean number of frames that the lecture's machine loses. Calculates the mean with the naive
-/// reference, over all 256 payloads of bytes from 0x40 to 0x43, and all seven positions of the lost byte.
-fn lost_of_repeated_frames(lost_in: usize) -> f64 {
-    let mut lost = 0;
-    let mut cases = 0;
-    for number in 0..256_u16 {
-        let payload = [0, 2, 4, 6].map(|shift| 0x40 + (number >> shift & 3) as u8);
-        let [reserved, pitch, roll, yaw] = payload;
-        let frame = [b'A', b'B', reserved, pitch, roll, yaw, b'\r'];
-        for place in 0..7 {
-            let mut bytes = frame.repeat(RUN as usize);
-            let missing = 7 * lost_in + place;
-            bytes.remove(missing);
-            // A commit belongs to a frame if both end at the same byte.
-            let (mut delivered, mut behind) = (0, 0);
-            reference::whole_buffer::<reference::Lecture>(&bytes, |found| {
-                behind += found.bytes();
-                if found.message().is_some() {
-                    let index = behind - 1;
-                    let sent_as = index + usize::from(index >= missing);
-                    delivered += u32::from(sent_as % 7 == 6 && sent_as / 7 != lost_in);
-                }
-            });
-            lost += RUN - 1 - delivered;
-            cases += 1;
-        }
-    }
-    f64::from(lost) / f64::from(cases)
-}
-
 /// Finding 4: neither receiver notices an inverted bit in pitch, roll or yaw. An inverted bit in
 /// the reserved byte does no harm. Any other inverted bit costs the frame. Wrong setpoints are as
 /// frequent as theory predicts, without and with the checksum.
 #[test]
 fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
-    for (frame, bit_flip, trials) in [
-        (FrameFormat::Bin, 0.001, trials(10, 100)),
-        (FrameFormat::Bin, 0.01, trials(10, 100)),
-        (FrameFormat::BinCrc8, 0.02, trials(60, 600)),
+    for (protocol, bit_flip, trials) in [
+        (bin(), 0.001, trials(10, 100)),
+        (bin(), 0.01, trials(10, 100)),
+        (bin_crc8(), 0.02, trials(60, 600)),
     ] {
-        let tally = simulated(&Parameters {
+        let parameters = Parameters {
             payload: Payload::Random(0x00, 0xFF),
             rate: 800.0,
-            frame,
             bit_flip,
             trials,
             ..Parameters::DEFAULT
-        });
-        let expected = theory::wrong_setpoint(frame, bit_flip) * 1_000.0 * f64::from(trials);
-        println!("{expected}");
+        };
+        let tally = run_all(&protocol, &parameters).unwrap();
+        let share = match &*protocol.name {
+            "bin" => theory::wrong_setpoint_of_bin(bit_flip),
+            _ => theory::wrong_setpoint_of_bin_crc8(bit_flip),
+        };
+        let expected = share * 1_000.0 * f64::from(trials);
         for receiver in &tally.receivers {
-            // `theory::wrong_setpoint` omits rare cases, which add less than 5 % to the expected number.
+            // The theory omits rare cases, which add less than 5 % to the expected number.
             let wrong = receiver.wrong_setpoints;
             let is_as_expected = is_plausible(wrong, expected, 1.05 * expected);
-            assert!(is_as_expected, "{frame:?} {bit_flip}: {wrong} {expected}");
+            assert!(is_as_expected, "{protocol} {bit_flip}: {wrong} {expected}");
         }
     }
 }

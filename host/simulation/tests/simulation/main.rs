@@ -10,10 +10,21 @@ mod findings;
 mod limits;
 mod theory;
 
-use framelock_simulation::{Parameters, Policy, ReceiverTally, StationKind, Tally, run_all};
+use framelock_simulation::{
+    Parameters, Policy, Protocol, ReceiverTally, StationKind, Tally, run_all,
+};
 
+fn bin() -> Protocol {
+    Protocol::named("bin").unwrap()
+}
+
+fn bin_crc8() -> Protocol {
+    Protocol::named("bin-crc8").unwrap()
+}
+
+/// Runs all trials with BIN frames.
 fn simulated(parameters: &Parameters) -> Tally {
-    run_all(parameters).unwrap()
+    run_all(&bin(), parameters).unwrap()
 }
 
 /// Returns the tally of the receiver with this policy.

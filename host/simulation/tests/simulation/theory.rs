@@ -1,7 +1,6 @@
 //! Formulas for those measured figures that can be calculated.
 
 use framelock::motion::crc8;
-use framelock_simulation::FrameFormat;
 
 /// Returns the probability that a frame after a pause is delivered with a wrong setpoint, if each
 /// bit is inverted with the probability `flip`.
@@ -11,14 +10,15 @@ use framelock_simulation::FrameFormat;
 /// The formula omits cases in which two unlikely errors coincide. The formula also omits receivers that miss a start
 /// bit and are back in step two bytes later. If at most one bit in a hundred is inverted, the omitted cases together
 /// add less than 5 % to the result.
-pub(crate) fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
-    let kept = |bits| (1.0 - flip).powi(bits);
-    match format {
-        // 24 fixed bits, 14 start and stop bits, 9 idle bits. The second factor is 1 - (1 -
-        // flip)^24, written so that small numbers lose no digits.
-        FrameFormat::Bin => kept(24 + 14 + 9) * -libm::expm1(24.0 * libm::log1p(-flip)),
-        FrameFormat::BinCrc8 => kept(24 + 16 + 9) * unnoticed(flip),
-    }
+pub(crate) fn wrong_setpoint_of_bin(flip: f64) -> f64 {
+    // 24 fixed bits, 14 start and stop bits, 9 idle bits. The second factor is 1 - (1 - flip)^24, written so that small
+    // numbers lose no digits.
+    (1.0 - flip).powi(24 + 14 + 9) * -libm::expm1(24.0 * libm::log1p(-flip))
+}
+
+/// Returns the same probability for frames with a checksum.
+pub(crate) fn wrong_setpoint_of_bin_crc8(flip: f64) -> f64 {
+    (1.0 - flip).powi(24 + 16 + 9) * unnoticed(flip)
 }
 
 /// Returns the probability that an error in payload and checksum goes unnoticed and changes the
@@ -97,18 +97,18 @@ mod tests {
     fn bin_follows_the_formula() {
         for (flip, wrong) in [(1e-5, 240), (1e-4, 2_386), (1e-3, 22_636), (1e-2, 133_635)] {
             let expected = f64::from(wrong);
-            let theory = 1e6 * wrong_setpoint(FrameFormat::Bin, flip);
+            let theory = 1e6 * wrong_setpoint_of_bin(flip);
             assert!((theory - expected).abs() < 0.5, "{flip}: {theory}");
         }
     }
 
     #[test]
     fn rare_flips_make_wrong_setpoints_in_proportion() {
-        assert_eq!(wrong_setpoint(FrameFormat::Bin, 0.0), 0.0);
-        let rare = wrong_setpoint(FrameFormat::Bin, 1e-12);
+        assert_eq!(wrong_setpoint_of_bin(0.0), 0.0);
+        let rare = wrong_setpoint_of_bin(1e-12);
         assert!((rare / 24e-12 - 1.0).abs() < 1e-9, "{rare}");
-        let [more, less] = [2e-3, 1e-3]
-            .map(|flip| wrong_setpoint(FrameFormat::BinCrc8, flip) / (1.0 - flip).powi(85));
+        let [more, less] =
+            [2e-3, 1e-3].map(|flip| wrong_setpoint_of_bin_crc8(flip) / (1.0 - flip).powi(85));
         assert!((more / less - 16.0).abs() < 0.5, "{more} {less}");
     }
 }

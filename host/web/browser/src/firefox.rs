@@ -5,17 +5,18 @@ use std::cell::Cell;
 use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, TcpStream};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, process};
 
+use framelock_limited::Process;
 use serde_json::{Value, json};
 
-use crate::{LONG, wait_until};
+use crate::{LONG, LONGEST, wait_until};
 
-/// A separate Firefox process, which ends when this value is dropped.
+/// A separate Firefox process. It ends at its time limit, or when this value is dropped.
 pub(crate) struct Firefox {
-    process: Child,
+    process: Process,
     profile: PathBuf,
     connection: TcpStream,
     commands: Cell<u32>,
@@ -41,7 +42,7 @@ impl Firefox {
             command.args(["--headless", "--marionette", "--remote-allow-system-access"]);
             command.args(["--no-remote", "--profile"]).arg(&profile);
             command.stdout(Stdio::null()).stderr(Stdio::null());
-            command.spawn().ok()
+            Process::start_within(LONGEST, &mut command).ok()
         };
         let process = ["firefox-esr", "firefox"]
             .iter()

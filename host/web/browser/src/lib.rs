@@ -23,6 +23,9 @@ use firefox::Firefox;
 /// the machine.
 const LONG: Duration = Duration::from_secs(120);
 
+/// The time limit of a browser. A test uses a browser for a small part of this time.
+const LONGEST: Duration = Duration::from_secs(1200);
+
 /// The last text that a test writes to the console. When it arrives, all earlier complaints have
 /// arrived.
 const END: &str = "the test is over";

@@ -4,11 +4,10 @@
 //! page.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::thread;
+use std::process::Command;
 
+use framelock_limited::RunToEnd as _;
 use framelock_web_browser::{GO, Page, built};
 use serde_json::{Value, json};
 
@@ -57,23 +56,18 @@ fn list(value: &Value) -> &[Value] {
         .unwrap_or_else(|| panic!("{value} is not a list"))
 }
 
-/// Runs the command line with these bytes as its input. Returns the last line of its output, as
-/// JSON.
-fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
-    let mut child = Command::new(built("FRAMELOCK"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the command line can be run");
-    let mut to = child.stdin.take().expect("standard input is piped");
-    let output = thread::scope(|scope| {
-        scope.spawn(move || to.write_all(bytes));
-        child.wait_with_output()
-    });
+/// Runs the command line with these bytes as its input. Returns its output.
+fn output(arguments: &[&str], bytes: &[u8]) -> String {
+    let mut command = Command::new(built("FRAMELOCK"));
+    let output = command.args(arguments).run_to_end(bytes);
     let output = output.expect("the command ends");
     assert!(output.status.success(), "{arguments:?}: {}", output.status);
-    let text = String::from_utf8(output.stdout).expect("the output is text");
+    String::from_utf8(output.stdout).expect("the output is text")
+}
+
+/// Returns the last line of the command line's output, as JSON.
+fn last_object(arguments: &[&str], bytes: &[u8]) -> Value {
+    let text = output(arguments, bytes);
     let last = text.lines().last().unwrap_or("null");
     serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
 }
@@ -106,7 +100,7 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
         let decode = ["decode", "--format", "none", "--summary=-"];
         let frames = described(state);
         let which = ["--frame", &frames, "--policy", policy];
-        let summary = framelock(&[decode, which].concat(), bytes);
+        let summary = last_object(&[decode, which].concat(), bytes);
         // When the command line's input ends, the pending bytes belong to no frame.
         let mut counters = machine["counters"].clone();
         counters["discarded"]["end_of_input"] = machine["pending"].clone();
@@ -129,7 +123,7 @@ fn compare_values(name: &str, state: &Value, bytes: &[u8]) {
     let frames = described(state);
     for machine in list(&state["machines"]) {
         let policy = policy(machine);
-        let last = framelock(&["decode", "--frame", &frames, "--policy", policy], bytes);
+        let last = last_object(&["decode", "--frame", &frames, "--policy", policy], bytes);
         let fields = list(&machine["fields"]);
         assert_eq!(fields.is_empty(), last.is_null(), "{name}, {policy}");
         for field in fields {
@@ -146,16 +140,34 @@ fn compare_values(name: &str, state: &Value, bytes: &[u8]) {
         let shown = axes.map(|axis| machine["axes"]["setpoint"][axis].clone());
         assert_eq!(shown, expected, "{name}, {policy}");
         if policy == "lecture" {
-            let row = framelock(
-                &["trace", "--policy", policy, "--format", "jsonl", "-"],
-                bytes,
-            );
-            assert_eq!(machine["state"], row["state_after"], "{name}: {row}");
-            assert_eq!(machine["axes"]["temporary"], row["temp"], "{name}: {row}");
-            let traced = [0, 1, 2].map(|axis| row["setpoint"][axis].clone());
-            assert_eq!(shown, traced, "{name}: {row}");
+            let (state, temporary, traced) = traced(bytes);
+            assert_eq!(machine["state"], state, "{name}");
+            assert_eq!(machine["axes"]["temporary"], temporary, "{name}");
+            assert_eq!(json!(shown), traced, "{name}");
         }
     }
+}
+
+/// Traces the lecture's machine. Returns its state, its temporary values and its setpoint after the last byte.
+fn traced(bytes: &[u8]) -> (String, Value, Value) {
+    let text = output(&["trace", "--policy", "lecture", "-"], bytes);
+    let (rows, _) = text.split_once("\n\n").expect("rows and the account");
+    // The names of the events follow the columns `A -> B   7F C8 4A  7F C8 4A`.
+    let (_, columns) = rows.rsplit_once(" -> ").expect("a row");
+    let words: Vec<&str> = columns.split_whitespace().collect();
+    let values = |words: &[&str]| {
+        json!(
+            words
+                .iter()
+                .map(|word| u8::from_str_radix(word, 16).ok())
+                .collect::<Vec<_>>()
+        )
+    };
+    (
+        words[0].to_owned(),
+        values(&words[1..4]),
+        values(&words[4..7]),
+    )
 }
 
 #[test]
@@ -199,7 +211,7 @@ fn an_address_shows_exactly_that_moment() {
             "frame=bin&bytes=4142007FC84A0D41420082C44A0D&edits=3d.4d",
             9,
         ),
-        ("frame=bin-crc8&lose=0.02&flip=0.005&seed=9&idle=on", 222),
+        ("frame=bin-crc8&seed=9&edits=22d.90f04&idle=on", 222),
         ("frame=crsf&edits=22d.30i41.31i0D.33f04", 330),
     ] {
         page.open(scenario);

@@ -6,10 +6,9 @@ use rsemu::cpu::arm::v7m::xpsr;
 
 use super::{Board, STUCK, core};
 use crate::assumptions::Assumptions;
-use crate::chip::ResetCause;
 use crate::error::{Error, Result};
 use crate::line::{SerialLine, Symbol};
-use crate::trace::Reset;
+use crate::trace::{Reset, ResetCause};
 
 impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.

@@ -5,10 +5,9 @@ use std::sync::atomic::Ordering::Relaxed;
 use super::{Board, Watch};
 use crate::chip::Chip;
 use crate::error::{Error, Result};
-use crate::gpio::Pins;
 use crate::image::Image;
 use crate::memory::Memory;
-use crate::trace::Trace;
+use crate::trace::{Pins, Trace};
 
 impl Board {
     /// Returns the firmware's image.

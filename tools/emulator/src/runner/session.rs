@@ -7,14 +7,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use nrf52840_emulator::{
-    Board, CYCLES_PER_SECOND, Image, LineSymbol, LogDecoder, LogTable, MICROSECOND, MILLISECOND,
+    Board, CYCLES_PER_SECOND, Image, LogDecoder, LogTable, MICROSECOND, MILLISECOND,
 };
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::arguments::{Arguments, Watch};
 use crate::input::Input;
-use crate::report::{self, Event};
+use crate::report::{Event, line};
 
 /// The cycles of a slice. The board's events are read after each slice.
 const SLICE: u64 = MILLISECOND;
@@ -46,24 +44,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 struct Session<'a> {
     arguments: &'a Arguments,
     board: Board,
-    random: ChaCha8Rng,
     log: LogDecoder<'a>,
     /// The watched words, in the order of their watch numbers.
     watches: Vec<&'a Watch>,
     /// The current pulses, and the instant at which they end if no more follow.
     pulses: Vec<u64>,
     pulses_end: u64,
-    lit: [bool; 4],
     bytes: usize,
-    faults: usize,
 }
 
 impl<'a> Session<'a> {
     fn new(arguments: &'a Arguments, mut board: Board, log: LogDecoder<'a>) -> Self {
         board.line(|line| line.set_millibaud(u64::from(arguments.baud) * 1_000));
-        if let Some(assumptions) = arguments.assume {
-            board.assume(assumptions);
-        }
         let mut watches = Vec::new();
         for watch in &arguments.watch {
             match board.watch(&watch.0) {
@@ -74,14 +66,11 @@ impl<'a> Session<'a> {
         Self {
             arguments,
             board,
-            random: ChaCha8Rng::seed_from_u64(arguments.seed),
             log,
             watches,
             pulses: Vec::new(),
             pulses_end: 0,
-            lit: [false; 4],
             bytes: 0,
-            faults: 0,
         }
     }
 
@@ -99,7 +88,8 @@ impl<'a> Session<'a> {
                 if bytes.is_empty() {
                     break;
                 }
-                free_at = self.send(&bytes);
+                self.bytes += bytes.len();
+                free_at = self.board.send(&bytes);
             }
             let now = self.board.now();
             let end = end.or(input.has_ended.then_some(free_at + CYCLES_PER_SECOND));
@@ -115,29 +105,6 @@ impl<'a> Session<'a> {
                 }
             }
         }
-    }
-
-    /// Puts bytes on the line, with faults between them. Returns the end of the last byte or fault, in cycles.
-    fn send(&mut self, bytes: &[u8]) -> u64 {
-        let rates = self.arguments;
-        let mut symbols = Vec::with_capacity(bytes.len());
-        for byte in bytes {
-            if self.random.random_bool(rates.line_break) {
-                symbols.push(LineSymbol::Break(self.random.random_range(12..=40)));
-            }
-            if self.random.random_bool(rates.pause) {
-                symbols.push(LineSymbol::Idle(self.random.random_range(10..=100)));
-            }
-            symbols.push(if self.random.random_bool(rates.framing) {
-                LineSymbol::BadStop(*byte)
-            } else {
-                LineSymbol::Byte(*byte)
-            });
-        }
-        let are_whole = |symbol: &&LineSymbol| matches!(symbol, LineSymbol::Byte(_));
-        self.bytes += bytes.len();
-        self.faults += symbols.len() - symbols.iter().filter(are_whole).count();
-        self.board.send_symbols(&symbols)
     }
 
     /// Emulates up to the instant `until`, and prints the events in their order.
@@ -162,12 +129,6 @@ impl<'a> Session<'a> {
             self.pulses.clear();
             events.push((self.pulses_end, Event::Pulses(Vec::new())));
         }
-        for (at, pins) in trace.pin_changes {
-            let lit = report::leds(pins);
-            if std::mem::replace(&mut self.lit, lit) != lit {
-                events.push((at, Event::Leds(lit)));
-            }
-        }
         let resets = trace.resets.iter();
         events.extend(resets.map(|reset| (reset.at, Event::Reset(reset.cause))));
         // A log line has no time of its own. The line is shown with the time at which it was fetched, at most a slice
@@ -178,7 +139,7 @@ impl<'a> Session<'a> {
         events.sort_by_key(|(at, _)| *at);
         let mut out = std::io::stdout().lock();
         for (at, event) in &events {
-            report::print(&mut out, self.arguments.format, *at, event)?;
+            writeln!(out, "{}", line(*at, event))?;
         }
         out.flush()?;
         Ok(outcome?)
@@ -187,10 +148,9 @@ impl<'a> Session<'a> {
     fn summary(&self) {
         let (now, board) = (self.board.now(), &self.board);
         eprintln!(
-            "{} ms emulated: {} bytes sent, {} faults; {} instructions, core asleep {} % of the time",
+            "{} ms emulated: {} bytes sent; {} instructions, core asleep {} % of the time",
             now / MILLISECOND,
             self.bytes,
-            self.faults,
             board.instructions(),
             100 * board.slept() / now.max(1),
         );

@@ -27,12 +27,15 @@ fn elf(code: &[u8]) -> Vec<u8> {
     elf
 }
 
-/// Returns an ELF that lights LED1 (P0.13 as an output, which is low) and sleeps.
-fn lights_led_1() -> Vec<u8> {
-    // ldr r0, [pc, #8]; ldr r1, [pc, #12]; str r1, [r0]; wfi; b .-2; nop; the two words
-    let code = [0x4802, 0x4903, 0x6001, 0xBF30, 0xE7FD, 0xBF00];
-    elf_of(&code, &[0x5000_0518, 1 << 13])
+/// Returns an ELF that requests a reset (AIRCR.SYSRESETREQ) again and again.
+fn resets() -> Vec<u8> {
+    // ldr r0, [pc, #8]; ldr r1, [pc, #12]; str r1, [r0]; b .; nop; nop; the two words
+    let code = [0x4802, 0x4903, 0x6001, 0xE7FE, 0xBF00, 0xBF00];
+    elf_of(&code, &[AIRCR, RESET_REQUEST])
 }
+
+const AIRCR: u32 = 0xE000_ED0C;
+const RESET_REQUEST: u32 = 0x05FA_0004;
 
 /// Returns an ELF with this main loop, followed by constants.
 fn elf_of(code: &[u16], words: &[u32]) -> Vec<u8> {
@@ -65,23 +68,13 @@ fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn leds_are_printed_at_their_time() {
-    let output = emulate("text.elf", &lights_led_1(), &["--seconds", "0.01"]);
+fn events_are_printed_at_their_time() {
+    let output = emulate("text.elf", &resets(), &["--seconds", "0.01"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "       0.000 ms  lit       LED1\n");
+    let first = text(&output.stdout);
+    let first = first.lines().next().unwrap();
+    assert_eq!(first, "       0.001 ms  reset     soft");
     assert!(text(&output.stderr).contains("10 ms emulated: 0 bytes sent"));
-}
-
-#[test]
-fn json_is_one_object_a_line() {
-    let output = emulate(
-        "json.elf",
-        &lights_led_1(),
-        &["--seconds", "0.01", "--format", "json"],
-    );
-    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(line["event"], "leds");
-    assert_eq!(line["lit"], serde_json::json!([true, false, false, false]));
 }
 
 #[test]
@@ -103,25 +96,18 @@ fn a_file_that_is_no_elf_is_refused() {
     assert!(text(&output.stderr).contains("cannot be loaded"));
 }
 
-#[test]
-fn what_is_no_probability_is_refused() {
-    let output = emulate("faults.elf", &lights_led_1(), &["--framing", "2"]);
-    assert!(!output.status.success());
-    assert!(text(&output.stderr).contains("a probability is 0 to 1"));
-}
-
-/// Returns an ELF that lights LED1 when seven bytes have arrived.
-fn lights_led_1_after_seven_bytes() -> Vec<u8> {
+/// Returns an ELF that requests a reset when seven bytes have arrived. Every reset begins again.
+fn resets_after_seven_bytes() -> Vec<u8> {
     // ldr r4, =table; 1: ldmia r4!, {r0, r1}; cmp r0, #0; beq 2f; str r1, [r0]; b 1b
     // 2: ldr r0, =ENDRX; 3: ldr r1, [r0]; cmp r1, #0; beq 3b
-    // ldr r0, =DIRSET; ldr r1, =1 << 13; str r1, [r0]; wfi; b .-2; nop; the words
+    // ldr r0, =AIRCR; ldr r1, =RESET_REQUEST; str r1, [r0]; b .; nop; nop; the words
     let code = [
         0x4C07, 0xCC03, 0x2800, 0xD001, 0x6001, 0xE7FA, 0x4805, 0x6801, 0x2900, 0xD0FC, 0x4804,
-        0x4905, 0x6001, 0xBF30, 0xE7FD, 0xBF00,
+        0x4905, 0x6001, 0xE7FE, 0xBF00, 0xBF00,
     ];
     let words = [
         [0x130, ENDRX],
-        [0x5000_0518, 1 << 13],
+        [AIRCR, RESET_REQUEST],
         [PSEL_RXD, 8],
         [BAUDRATE, BAUD_115200],
         [UARTE_ENABLE, 8],
@@ -137,23 +123,11 @@ fn lights_led_1_after_seven_bytes() -> Vec<u8> {
 #[test]
 fn a_file_is_sent_at_the_lines_rate() {
     let bytes = file("bytes", b"seven b");
-    let image = lights_led_1_after_seven_bytes();
+    let image = resets_after_seven_bytes();
     let output = emulate("file.elf", &image, &["--input", bytes.to_str().unwrap()]);
     // 5 ms to boot, plus seven bytes at 115200 baud up to the middle of the last stop bit.
-    assert_eq!(text(&output.stdout), "       5.604 ms  lit       LED1\n");
-    assert!(text(&output.stderr).contains("1005 ms emulated: 7 bytes sent, 0 faults"));
-}
-
-#[test]
-fn bytes_without_a_stop_bit_are_not_received() {
-    let bytes = file("bytes for faults", b"seven b");
-    let image = lights_led_1_after_seven_bytes();
-    let faults = "--framing 1 --break 1 --pause 1 --seed 7 --seconds 0.02";
-    let faults: Vec<&str> = faults.split(' ').collect();
-    let arguments = [&["--input", bytes.to_str().unwrap()], &faults[..]].concat();
-    let output = emulate("framing.elf", &image, &arguments);
-    assert_eq!(text(&output.stdout), "");
-    assert!(text(&output.stderr).contains("7 bytes sent, 21 faults"));
+    assert_eq!(text(&output.stdout), "       5.605 ms  reset     soft\n");
+    assert!(text(&output.stderr).contains("1005 ms emulated: 7 bytes sent;"));
 }
 
 /// Standard input is read as it arrives, so that a sender in real time can feed it.
@@ -161,7 +135,7 @@ fn bytes_without_a_stop_bit_are_not_received() {
 fn standard_input_is_read_before_it_ends() {
     use std::io::{BufRead, BufReader, Write};
 
-    let image = lights_led_1_after_seven_bytes();
+    let image = resets_after_seven_bytes();
     let mut command = emulator("stdin.elf", &image, &["--input", "-"]);
     let mut child = Process::start(&mut command).unwrap();
     let mut input = child.stdin.take().unwrap();
@@ -169,7 +143,7 @@ fn standard_input_is_read_before_it_ends() {
     let mut line = String::new();
     let mut lines = BufReader::new(child.stdout.take().unwrap());
     lines.read_line(&mut line).unwrap();
-    assert!(line.ends_with("lit       LED1\n"), "{line}");
+    assert!(line.ends_with("reset     soft\n"), "{line}");
     drop(input);
     assert!(child.wait().unwrap().success(), "it ends with its input");
 }
@@ -181,7 +155,7 @@ fn standard_input_is_read_before_it_ends() {
 fn it_listens_at_a_pseudo_terminal() {
     use std::io::{BufRead, BufReader, Read, Write};
 
-    let image = lights_led_1_after_seven_bytes();
+    let image = resets_after_seven_bytes();
     let mut command = emulator("pty.elf", &image, &["--input", "pty"]);
     let mut child = Process::start(command.stderr(Stdio::piped())).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap());
@@ -200,7 +174,7 @@ fn it_listens_at_a_pseudo_terminal() {
     }
     let mut line = String::new();
     lines.read_line(&mut line).unwrap();
-    assert!(line.ends_with("lit       LED1\n"), "{line}");
+    assert!(line.ends_with("reset     soft\n"), "{line}");
     let pid = nix::unistd::Pid::from_raw(child.id().try_into().unwrap());
     nix::sys::signal::kill(pid, nix::sys::signal::SIGINT).unwrap();
     let mut rest = String::new();

@@ -6,10 +6,8 @@
 
 use std::time::Duration;
 
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-
 use super::*;
+use crate::view_parts;
 
 /// The beginning of the status row. The blanks distinguish the status row from a row of the story that contains these
 /// words.
@@ -23,17 +21,9 @@ fn demonstration(milliseconds: u64) -> Demonstration {
 
 /// Returns the rows of the screen as text.
 fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String> {
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    terminal
-        .draw(|frame| {
-            draw(frame, demonstration, false);
-        })
-        .unwrap();
-    let buffer = terminal.backend().buffer();
-    let cells = buffer.content().chunks(usize::from(width).max(1));
-    cells
-        .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
-        .collect()
+    view_parts::tests::screen(width, height, |frame| {
+        draw(frame, demonstration, false);
+    })
 }
 
 /// Returns the index of the row that begins with this text.
@@ -122,8 +112,8 @@ fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
         let end = story.text.split_whitespace().next_back().unwrap();
         for (width, height) in [(80, 23), (80, 24), (300, 100)] {
             let screen = screen(&demonstration, width, height);
-            let told = &screen[..row(&screen, LECTURE)];
-            let mut rows = told.iter().rev().map(|row| row.trim());
+            let above = &screen[..row(&screen, LECTURE)];
+            let mut rows = above.iter().rev().map(|row| row.trim());
             let last = rows.find(|row| !row.is_empty()).unwrap();
             assert!(last.ends_with(end), "{width}x{height}: {last}");
             for start in ["seat", "arrived", "framelock "] {

@@ -4,20 +4,16 @@
     reason = "a panic fails the test"
 )]
 
-use std::path::Path;
-
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-
 use super::super::session::MonitorSession;
-use super::super::session::tests::{session, session_of};
+use super::super::session::tests::session;
 use super::super::watch::tests::{FRAME, ms};
 use super::*;
+use crate::view_parts;
 
 /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
 /// four bytes of a frame.
 fn watched(with_marks: bool) -> MonitorSession {
-    let mut session = session(Path::new("no/such/directory"), with_marks);
+    let mut session = session("bin", with_marks);
     for frame in 0..150_u8 {
         let bytes = [b'A', b'B', 0, frame, 0x40, 0xC0, b'\r'];
         session.receive(ms(10 + 20 * u64::from(frame)), &bytes);
@@ -29,13 +25,7 @@ fn watched(with_marks: bool) -> MonitorSession {
 
 /// Returns the rows of the screen as text.
 fn screen(session: &mut MonitorSession, width: u16, height: u16) -> Vec<String> {
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    terminal.draw(|frame| draw(frame, session)).unwrap();
-    let buffer = terminal.backend().buffer();
-    let cells = buffer.content().chunks(usize::from(width).max(1));
-    cells
-        .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
-        .collect()
+    view_parts::tests::screen(width, height, |frame| draw(frame, session))
 }
 
 /// Checks the rows of the screen. Each line of `expected` has the number of a row and a text that the row must contain.
@@ -60,7 +50,7 @@ fn the_screen_shows_the_watched_line() {
         "│state    A  B  1  2 [3] 4  CR         ││  terminator 0  checksum 0  line 0    │",
         "│failsafe LIVE                         ││resynchronised 0  idle gaps 0         │",
         "│                                      ││line errors: framing 0     break 0    │",
-        "│                                      ││not recorded                          │",
+        "│                                      ││                                      │",
         "└──────────────────────────────────────┘└──────────────────────────────────────┘",
         "┌ last discarded bytes; | marks a frame in between ────────────────────────────┐",
         "│|41 7F 3F                                                                     │",
@@ -74,7 +64,7 @@ fn the_screen_shows_the_watched_line() {
         "│                                                                              │",
         "│                                                                              │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
-        " q quits, space pauses, r records, z counts from zero, ? help                   ",
+        " q quits, space pauses, z counts from zero, ? help                              ",
     ];
     assert_eq!(screen(&mut watched(true), 80, 24), expected);
 }
@@ -87,7 +77,7 @@ const SBUS: [u8; 25] = [
 
 #[test]
 fn described_frames_are_shown_with_their_fields() {
-    let mut session = session_of("sbus", Path::new(""), true);
+    let mut session = session("sbus", true);
     for frame in 0..200 {
         session.receive(ms(10 + 14 * frame), &SBUS);
     }
@@ -104,7 +94,7 @@ fn described_frames_are_shown_with_their_fields() {
         4: │pending 3                             ││discarded 8
         5: │channel 992 992 992 992 992 992 992   ││  no sync 7  broken sync 0
         6: │992 992 992 992 992 992 992 992 992   ││  bad header 0
-        10: │failsafe   1                          ││not recorded
+        10: │failsafe   1                          ││
         20: │|3F 0F E0 03 1F F8 C0 07 ";
     shows(&mut session, 80, expected);
 }
@@ -119,7 +109,7 @@ fn events_of_the_line_are_shown() {
         6: line 4
         12: │|41 7F 3F 41 42 00 01  ";
     shows(&mut with_errors, 80, errors);
-    let mut nothing = session(Path::new(""), false);
+    let mut nothing = session("bin", false);
     let nothing_yet = "
         1: no frame yet
         3: -- out 128│
@@ -145,7 +135,7 @@ fn events_of_the_line_are_shown() {
 #[test]
 fn the_view_says_why_the_platform_does_not_follow() {
     // A sender of five frames per second.
-    let mut slow = session(Path::new(""), false);
+    let mut slow = session("bin", false);
     for frame in 0..20 {
         slow.receive(ms(10 + 200 * frame), FRAME);
     }
@@ -180,8 +170,6 @@ fn keys_change_what_is_shown() {
     shows(&mut session, 80, "3: bytes 4  frames 0  ");
     let discarded = format!("12: │{:78}│", "");
     shows(&mut session, 80, &discarded);
-    session.press('r');
-    shows(&mut session, 80, "9: cannot record in no/such/directory");
     session.press('?');
     shows(
         &mut session,
@@ -190,15 +178,6 @@ fn keys_change_what_is_shown() {
     );
     session.has_ended = true;
     shows(&mut session, 80, "0: THE INPUT HAS ENDED");
-
-    let directory = tempfile::tempdir().unwrap();
-    let mut recorded = super::super::session::tests::session(directory.path(), false);
-    recorded.press('r');
-    recorded.receive(ms(1), b"12345");
-    let recording = "9: framelock-1.bin: 5\n23: r ends the recording";
-    shows(&mut recorded, 200, recording);
-    recorded.press('r');
-    shows(&mut recorded, 200, "9: 5 bytes recorded in ");
 }
 
 #[test]
@@ -216,7 +195,7 @@ fn a_low_terminal_omits_the_discarded_bytes() {
 #[test]
 fn the_view_can_be_drawn_at_any_size_and_time() {
     for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
-        screen(&mut session(Path::new(""), false), width, height);
+        screen(&mut session("bin", false), width, height);
         let mut watched = watched(true);
         watched.press('?');
         screen(&mut watched, width, height);

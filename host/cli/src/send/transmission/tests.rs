@@ -7,9 +7,8 @@
 use std::io::ErrorKind;
 use std::num::NonZeroU32;
 
-use framelock::motion::{Bin, BinCrc8};
-use framelock::{Line, Parser, Receiver};
-use framelock_simulation::{FaultRates, Seed};
+use framelock::motion::Bin;
+use framelock::{Line, Receiver};
 
 use super::super::pacer::tests::TestClock;
 use super::*;
@@ -29,14 +28,14 @@ const PARKING: Parking = Parking {
 /// The pitches while parking from pitch 9: first the pitches on the way, then the pitch of the park position.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
-fn named(name: &str) -> Protocol {
-    Protocol::named(name).unwrap()
+fn bin() -> Protocol {
+    Protocol::named("bin").unwrap()
 }
 
 /// Returns a source of ten frames with the pitches 0 to 9. If `silent` returns true for a pitch, the frame with this
 /// pitch is not sent.
-fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
-    let frame = named(name);
+fn ten(silent: impl Fn(u8) -> bool + 'static) -> Source {
+    let frame = bin();
     let mut numbers = 0..10;
     Source {
         dues: Box::new(RATE.dues().take(10)),
@@ -48,12 +47,9 @@ fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
 }
 
 /// Returns the pitch of every frame that the receiver delivers, and checks that the receiver discards nothing.
-fn pitches(
-    receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
-    bytes: &[u8],
-) -> Vec<u8> {
+fn pitches(bytes: &[u8]) -> Vec<u8> {
     let mut pitches = Vec::new();
-    let mut line = Line::new(receiver);
+    let mut line = Line::new(Receiver::<Bin>::new());
     line.feed(bytes, |found| {
         let setpoint = found.message().unwrap();
         assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
@@ -70,21 +66,21 @@ fn run(
     length: Option<Duration>,
     parking: Option<Parking>,
 ) -> (Vec<u8>, [u64; 3]) {
-    let (mut line, frame) = (Vec::new(), named("bin"));
-    let mut transmission = Transmission::new(clock, &mut line, &frame, None);
+    let (mut line, frame) = (Vec::new(), bin());
+    let mut transmission = Transmission::new(clock, &mut line, &frame);
     transmission.run(source, length, parking).unwrap();
     let counts = [
         transmission.frames,
         transmission.silent,
         transmission.park_frames,
     ];
-    (pitches(Receiver::<Bin>::new(), &line), counts)
+    (pitches(&line), counts)
 }
 
 #[test]
 fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     let mut clock = TestClock::default();
-    let source = ten("bin", |number| (3..6).contains(&number));
+    let source = ten(|number| (3..6).contains(&number));
     let (pitches, counts) = run(&mut clock, source, None, None);
     assert_eq!(pitches, [0, 1, 2, 6, 7, 8, 9]);
     let due: Vec<Duration> = RATE.dues().take(10).collect();
@@ -93,13 +89,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     // The transmission ends after its length, although the source has more frames.
     let length = Some(Duration::from_millis(60));
     assert_eq!(
-        run(
-            &mut TestClock::default(),
-            ten("bin", |_| false),
-            length,
-            None
-        )
-        .0,
+        run(&mut TestClock::default(), ten(|_| false), length, None).0,
         [0, 1, 2]
     );
 }
@@ -107,7 +97,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
 #[test]
 fn the_axes_park_in_a_straight_line_and_stay_there() {
     let mut clock = TestClock::default();
-    let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
+    let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
     assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
     assert_eq!(counts, [10, 0, 10]);
     // Parking keeps the rate of the motion.
@@ -118,7 +108,7 @@ fn the_axes_park_in_a_straight_line_and_stay_there() {
     };
     let (pitches, _) = run(
         &mut TestClock::default(),
-        ten("bin", |_| false),
+        ten(|_| false),
         None,
         Some(at_once),
     );
@@ -133,28 +123,11 @@ fn a_reason_to_stop_ends_the_motion_and_parks() {
             stop_after: Some(stop_after),
             ..TestClock::default()
         };
-        let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
+        let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
         assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
         assert!(pitches.ends_with(&[100; 5]));
         assert_eq!(counts, [stop_after as u64, 0, park_frames]);
     }
-}
-
-#[test]
-fn faults_are_in_the_motion_but_not_in_the_parking() {
-    let rates = FaultRates {
-        drop: 1.0,
-        ..FaultRates::default()
-    };
-    let faults = Some(ByteFaults::new(rates, Seed { seed: 1, trial: 0 }));
-    let (mut clock, mut line) = (TestClock::default(), Vec::new());
-    let frame = named("bin-crc8");
-    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, faults);
-    transmission
-        .run(ten("bin-crc8", |_| false), None, Some(PARKING))
-        .unwrap();
-    assert_eq!(transmission.faults.unwrap().counts().dropped, 80);
-    assert_eq!(pitches(Receiver::<BinCrc8>::new(), &line), PARKED);
 }
 
 #[test]
@@ -181,10 +154,10 @@ impl Write for Cut {
 #[test]
 fn an_error_of_the_line_ends_the_transmission_and_keeps_the_count() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
-    let frame = named("bin");
-    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, None);
+    let frame = bin();
+    let mut transmission = Transmission::new(&mut clock, &mut line, &frame);
     transmission
-        .run(ten("bin", |_| false), None, Some(PARKING))
+        .run(ten(|_| false), None, Some(PARKING))
         .unwrap_err();
     assert_eq!(transmission.frames, 3);
 }

@@ -1,0 +1,225 @@
+//! Counts the bytes about which one call of a receiver asks its format. The test `limits` and the benchmark that writes
+//! `docs/costs.md` use it.
+
+use std::cell::Cell;
+use std::fmt::Write as _;
+
+use framelock::{BufferedReceiver, Classification, Format, LineEvent};
+use framelock_formats::crsf::Crsf;
+use framelock_formats::gnss::Gnss;
+use framelock_formats::ibus::Ibus;
+use framelock_formats::layout::KnownMessage;
+use framelock_formats::mavlink::{Mavlink1, Mavlink2};
+use framelock_formats::nmea::Nmea;
+use framelock_formats::rtcm::Rtcm;
+use framelock_formats::sbus::Sbus;
+use framelock_formats::ubx::Ubx;
+
+/// A format that counts the bytes about which it is asked.
+#[derive(Clone, Copy)]
+struct Counting<'c, F> {
+    format: F,
+    count: &'c Cell<usize>,
+    /// Whether the format examines bytes in `classify_before`. A format of one layout does not.
+    is_asked_before: bool,
+}
+
+impl<F: Format> Format for Counting<'_, F> {
+    const LONGEST: usize = F::LONGEST;
+    type Message<'a> = F::Message<'a>;
+
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
+    }
+
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.count.set(self.count.get() + bytes.len());
+        self.format.classify_after(bytes, seen)
+    }
+
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        if self.is_asked_before {
+            self.count.set(self.count.get() + bytes.len());
+        }
+        self.format.classify_before(bytes, event)
+    }
+
+    fn starts(&self, byte: u8) -> bool {
+        self.format.starts(byte)
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> F::Message<'a> {
+        self.format.decode(frame)
+    }
+}
+
+/// The most bytes about which one call asks the format.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Examined {
+    push: usize,
+    poll_step: usize,
+    line_event_step: usize,
+    poll: usize,
+    line_event: usize,
+}
+
+impl Examined {
+    /// The bounds that hold for every stream. `longest` is the number of bytes in the longest frame.
+    fn bounds(longest: usize, is_asked_before: bool) -> Self {
+        let (pending, before) = (longest - 1, if is_asked_before { 2 } else { 1 });
+        let all = longest * pending / 2;
+        Self {
+            push: longest,
+            poll_step: pending,
+            line_event_step: before * pending,
+            poll: all,
+            line_event: before * all,
+        }
+    }
+
+    /// Returns these numbers in the order of the table's columns.
+    fn columns(self) -> [usize; 5] {
+        [
+            self.push,
+            self.poll_step,
+            self.line_event_step,
+            self.poll,
+            self.line_event,
+        ]
+    }
+}
+
+/// A format, and the most bytes that a stream of false starts makes a receiver examine.
+struct Row {
+    name: &'static str,
+    longest: usize,
+    most: Examined,
+}
+
+/// Asserts that no call examines more bytes than its bound.
+///
+/// Pushes a false start that claims the longest frame, and then repeats `start`, which begins another false start. So
+/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines, before
+/// and after this last byte.
+fn row<F: Format, const N: usize>(
+    name: &'static str,
+    format: F,
+    head: &[u8],
+    start: u8,
+    is_asked_before: bool,
+) -> Row {
+    let count = Cell::new(0);
+    let mut receiver = BufferedReceiver::<_, [u8; N]>::new(Counting {
+        format,
+        count: &count,
+        is_asked_before,
+    });
+    let rest = std::iter::repeat_n(&start, F::LONGEST - 1 - head.len());
+    let mut push = 0;
+    for &byte in head.iter().chain(rest) {
+        assert!(receiver.push(byte).is_none(), "{name}");
+        push = push.max(count.replace(0));
+    }
+    assert_eq!(receiver.pending(), F::LONGEST - 1, "{name}");
+    let mut all_pending = receiver.clone();
+
+    // The last byte of the frame shows that the first byte is a false start. The other bytes remain undecided.
+    let last = head.first().copied().unwrap_or(start);
+    assert!(receiver.push(last).is_none(), "{name}");
+    push = push.max(count.replace(0));
+
+    let (mut line_event_step, mut line_event) = (0, 0);
+    for receiver in [&mut all_pending, &mut receiver.clone()] {
+        receiver.clone().line_event(LineEvent::Idle, |_| ());
+        line_event = line_event.max(count.replace(0));
+        while receiver.line_event_step(LineEvent::Idle, |_| ()) {
+            line_event_step = line_event_step.max(count.replace(0));
+        }
+        line_event_step = line_event_step.max(count.replace(0));
+    }
+    let (mut polled, mut poll_step) = (receiver.clone(), 0);
+    while polled.poll_step(|_| ()) {
+        poll_step = poll_step.max(count.replace(0));
+    }
+    poll_step = poll_step.max(count.replace(0));
+    assert!(receiver.poll().is_none(), "{name}");
+    let most = Examined {
+        push,
+        poll_step,
+        line_event_step,
+        poll: count.replace(0),
+        line_event,
+    };
+    let bounds = Examined::bounds(F::LONGEST, is_asked_before);
+    let mut both = most.columns().into_iter().zip(bounds.columns());
+    assert!(
+        both.all(|(most, bound)| most <= bound),
+        "{name}: {most:?} exceeds {bounds:?}"
+    );
+    Row {
+        name,
+        longest: F::LONGEST,
+        most,
+    }
+}
+
+const MESSAGES: &[KnownMessage] = &[KnownMessage::with_extra(0, 0, 255)];
+
+/// Returns a row for each format of frames of varying length, and for SBUS and iBUS.
+fn rows() -> [Row; 9] {
+    [
+        row::<_, 25>("SBUS", Sbus, &[], 0x0F, false),
+        row::<_, 32>("iBUS", Ibus, &[0x20, 0x40], 0x20, false),
+        row::<_, 64>("CRSF", Crsf, &[0xC8, 62], 0xC8, false),
+        row::<_, 106>("UBX", Ubx::<106>, &[0xB5, 0x62, 1, 7, 98, 0], 0xB5, false),
+        row::<_, 263>(
+            "MAVLink 1",
+            Mavlink1(MESSAGES),
+            &[0xFE, 255, 0, 1, 1, 0],
+            0xFE,
+            false,
+        ),
+        row::<_, 280>(
+            "MAVLink 2",
+            Mavlink2(MESSAGES),
+            &[0xFD, 255, 1, 0, 0, 1, 1, 0, 0, 0],
+            0xFD,
+            false,
+        ),
+        row::<_, 515>("NMEA", Nmea, b"$", b'A', false),
+        row::<_, 1029>("RTCM", Rtcm, &[0xD3, 0x03, 0xFF], 0xD3, false),
+        row::<_, 1029>(
+            "`Gnss<1029>`",
+            Gnss::<1029>,
+            &[0xD3, 0x03, 0xFF],
+            0xD3,
+            true,
+        ),
+    ]
+}
+
+/// Writes the table of `docs/costs.md`.
+pub(crate) fn table() -> String {
+    let mut text = "\
+| | longest frame | `push` | `poll_step` | `line_event_step` | `poll` | `line_event` |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: |
+"
+    .to_owned();
+    let fixed = [("BIN", 7), ("BIN-CRC8", 8), ("six axes", 16)].map(|(name, longest)| {
+        // `push` leaves nothing undecided. A line event is one step.
+        let bounds = Examined::bounds(longest, false);
+        let most = Examined {
+            poll_step: 0,
+            line_event_step: bounds.line_event,
+            poll: 0,
+            ..bounds
+        };
+        (name, longest, most)
+    });
+    let rows = rows().map(|row| (row.name, row.longest, row.most));
+    for (name, longest, most) in fixed.into_iter().chain(rows) {
+        let columns = most.columns().map(|most| most.to_string()).join(" | ");
+        let _ = writeln!(text, "| {name} | {longest} | {columns} |");
+    }
+    text
+}

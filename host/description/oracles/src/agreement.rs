@@ -1,0 +1,70 @@
+//! Checks of a description. The description's receiver must deliver the described frames, whatever bytes surround the
+//! frames and however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with
+//! random descriptions and the fuzz target call these checks.
+
+use framelock::{Classification, Format, LineEvent};
+use framelock_description::Description;
+use framelock_formats::CheckedLayout;
+use framelock_oracles::{Stream, StreamStep, cut, faulty, layouts};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::drawn::{frames, values, with_any_end};
+
+/// The length of the longest frame that is checked. The reference is slow with longer frames.
+const LONGEST: usize = 300;
+
+/// Checks a text. The parser must reject the text with a position, or the receiver must deliver the described frames.
+/// Returns the number of delivered frames, or `None` if the text is rejected.
+pub fn is_refused_or_agrees(text: &str) -> Option<usize> {
+    match Description::parse("any.toml", text) {
+        Ok(description) if description.format().longest() <= LONGEST => {
+            let mut random = ChaCha8Rng::seed_from_u64(1);
+            Some(agrees_with_the_reference(&description, text, &mut random))
+        }
+        Ok(_) => Some(0),
+        Err(why) => {
+            let mut lines = text.split('\n');
+            let line = lines.nth(why.line - 1).expect("that line is there");
+            let columns = 1..=line.chars().count() + 1;
+            assert!(columns.contains(&why.column), "{why}");
+            None
+        }
+    }
+}
+
+/// Asserts that receivers of the description and the naive interpreter of its layouts find the same frames on a faulty
+/// line. Also asserts that the receivers deliver each frame of a stream that consists of frames only. Returns the number
+/// of frames in this second stream.
+pub fn agrees_with_the_reference(
+    description: &Description,
+    text: &str,
+    random: &mut ChaCha8Rng,
+) -> usize {
+    let format = description.format();
+    let mut frames = frames(description, random);
+    for frame in &mut frames {
+        let classification = format.classify(frame);
+        assert_eq!(classification, Classification::Frame(frame.len()));
+        let again = description.encode(&values(description, frame));
+        assert_eq!(again.as_ref(), Ok(&*frame), "{text}\n{frame:02X?}");
+        let other = with_any_end(description, frame, random);
+        let shown = values(description, &other);
+        assert_eq!(shown, values(description, frame), "{text}\n{other:02X?}");
+        *frame = other;
+    }
+    let all: Vec<CheckedLayout> = description
+        .kinds
+        .iter()
+        .map(|kind| *kind.layout())
+        .collect();
+    let line = |bytes: &[u8], random: &mut ChaCha8Rng| {
+        let idle = StreamStep::Event(LineEvent::Idle);
+        Stream([cut(bytes, random), vec![idle]].concat())
+    };
+    let clean = layouts(format, &all, &line(&frames.concat(), random));
+    let delivered = (clean.frames as usize, clean.discarded.total());
+    assert_eq!(delivered, (frames.len(), 0), "{text}");
+    layouts(format, &all, &line(&faulty(&frames, random), random));
+    frames.len()
+}

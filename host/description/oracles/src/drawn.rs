@@ -1,0 +1,217 @@
+//! Random descriptions, and random frames of descriptions.
+
+use std::fmt::Write as _;
+
+use framelock_description::{Description, Value};
+use framelock_oracles::frame;
+use rand::Rng;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value as Json;
+
+fn json(value: Value) -> Json {
+    let mut text = Vec::new();
+    value.append_json_to(&mut text);
+    serde_json::from_slice(&text).unwrap()
+}
+
+/// Returns the values of a frame, in the order of the columns.
+pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
+    let kind = description.kind(frame).unwrap();
+    let mut row = vec![None; description.columns.len()];
+    let place = |name: &str| {
+        description
+            .columns
+            .iter()
+            .position(|column| column.name == name)
+    };
+    if description.has_kinds() {
+        row[0] = Some(kind.name_of(frame).into());
+    }
+    for (field, content) in kind.values(frame) {
+        let from = place(&field.name)
+            .or(place(&format!("{}1", field.name)))
+            .unwrap();
+        for (value, place) in content.values().zip(&mut row[from..]) {
+            *place = Some(json(value));
+        }
+    }
+    row
+}
+
+/// Returns random frames of the kinds and views, as they are encoded: for each, a frame of random bytes is decoded, and
+/// its values are encoded.
+pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+    let made = (0..12).map(|_| {
+        let kind = description.kinds.choose(random)?;
+        let view = kind.views.choose(random).filter(|_| random.random());
+        let shown = view.unwrap_or(kind);
+        // The frame ends with one of the fields.
+        let rest = random.random_range(0..24);
+        let ends: Vec<usize> = shown
+            .fields
+            .iter()
+            .filter_map(|field| field.end(rest))
+            .collect();
+        let end = ends.choose(random).copied().unwrap_or(rest);
+        let most = *[1, 3, u8::MAX].choose(random)?;
+        let content = kind.layout().header()..end;
+        let content: Vec<u8> = content.map(|_| random.random_range(0..=most)).collect();
+        let filled = frame(kind.layout(), &content, |count| {
+            random.random_range(0..count)
+        });
+        let mut frame = filled.unwrap_or_else(|almost| almost);
+        let (at, sign) = &shown.sign;
+        frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
+        let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
+        let values = is_sealed.then(|| values(description, &frame))?;
+        description.encode(&values).ok()
+    });
+    made.flatten().collect()
+}
+
+/// Returns the frame, or the same frame with another terminator.
+pub fn with_any_end(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let layout = description.kinds[description.number(frame)].layout();
+    let content = frame.len() - layout.terminator.length;
+    let own = layout.terminator.length;
+    let others: Vec<&[u8]> = layout
+        .terminators()
+        .filter(|end| end.len() != own)
+        .collect();
+    let end = others.choose(random);
+    match end.filter(|end| random.random() && content + end.len() <= layout.longest) {
+        Some(end) => [&frame[..content], end].concat(),
+        None => frame.to_vec(),
+    }
+}
+
+/// Terminators.
+pub const ENDS: &[&str] = &[
+    "'0D 0A'",
+    "'0A'",
+    "'04 | 1A'",
+    "'0D 0A | 0A'",
+    "'0A | 0D 0A | 0D 0D 0A'",
+];
+/// Contents.
+pub const CONTENTS: &[&str] = &[
+    "",
+    "content = '00-FF except 0A 0D'\n",
+    "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
+];
+
+/// Types of fields: the number of bytes, and the keys of the field's entry.
+pub const FIELDS: &[(usize, &str)] = &[
+    (9, "type = 'bytes'"),
+    (9, "type = 'text'"),
+    (3, "type = 'bytes'\ncount = 3"),
+    (3, "bits = 7\nbit = 3\ncount = 2"),
+    (3, "bits = 20\nbit = 3"),
+    (9, "bits = 33\nbit = 6\ncount = 2"),
+    (1, "type = 'u8'\nvalue = 3"),
+    (1, "type = 'u8'\nvalue = [0, 1, 2, 3]"),
+    (2, "type = 'u16be'\nmask = 0x0FF0"),
+    (4, "type = 'i16le'\nmask = 0x3FC\ncount = 2"),
+    (2, "type = 'i16be'\nscale = 0.25\nunit = 'deg'"),
+    (1, "type = 'i8'"),
+    (3, "type = 'u24be'\nscale = -10"),
+    (8, "type = 'u64le'"),
+    (4, "type = 'f32be'"),
+];
+
+/// Syncs.
+pub const SYNCS: &[&str] = &["", "'24'", "'B5 62'", "'C8 | EE'", "'24 01 | 24 24'"];
+/// Fixed lengths.
+pub const LENGTHS: &[&str] = &["5", "9", "17", "24", "300"];
+/// Types of a length field.
+pub const LENGTH_TYPES: &[&str] = &["'u8'", "'u16be'", "'u24le'"];
+/// Further keys of a length field.
+pub const COUNTED: &[&str] = &[
+    "",
+    ", plus = 7",
+    ", plus = -1",
+    ", factor = 2, plus = 6",
+    ", factor = 4",
+    ", mask = 0x3F",
+];
+
+/// The forms of checksums: their algorithm, their type, and their number of bytes.
+pub const CHECKSUMS: &[(&str, &str, usize)] = &[
+    ("name = 'xor'", "u8", 1),
+    ("name = 'xor'", "hex8", 2),
+    ("name = 'sum'", "u16le", 2),
+    ("name = 'fletcher-8'", "u16le", 2),
+    ("name = 'CRC-16'", "u16be", 2),
+    ("name = 'CRC-24/BLE'", "u24le", 3),
+    ("name = 'CRC-15'", "hex16", 4),
+    ("width = 8, polynomial = 0x4D", "u8", 1),
+    (
+        "width = 32, polynomial = 0x04C11DB7, initial = 1, reflected = true, xor = 0xFF",
+        "u32le",
+        4,
+    ),
+];
+
+/// Returns a random description, which may contradict itself.
+pub fn description(random: &mut ChaCha8Rng) -> String {
+    let mut text = String::new();
+    let mut one_of = |these: &[&str]| (*these.choose(random).unwrap()).to_owned();
+    let sync = one_of(SYNCS);
+    if !sync.is_empty() {
+        writeln!(text, "sync = {sync}").unwrap();
+    }
+    let (mut at, mut end_length) = (2, 0);
+    let length = one_of(&["fixed", "terminator", "field", "field"]);
+    match &*length {
+        "fixed" => writeln!(text, "length = {}", one_of(LENGTHS)).unwrap(),
+        "terminator" => {
+            let end = one_of(ENDS);
+            end_length = if end.starts_with("'0D") { 2 } else { 1 };
+            writeln!(text, "terminator = {end}\nlongest = 60").unwrap();
+            write!(text, "{}", one_of(CONTENTS)).unwrap();
+            at = sync.matches(|c: char| c.is_ascii_hexdigit()).count() / 2;
+        }
+        _ => {
+            let (kind, rest) = (one_of(LENGTH_TYPES), one_of(COUNTED));
+            writeln!(
+                text,
+                "length_field = {{ at = {at}, type = {kind}{rest} }}\nlongest = 60"
+            )
+            .unwrap();
+            at += if kind == "'u8'" { 1 } else { 3 };
+        }
+    }
+    if length != "fixed" {
+        writeln!(text, "{}", one_of(&["", "shortest = 24"])).unwrap();
+    }
+    let (name, kind, bytes) = *CHECKSUMS.choose(random).unwrap();
+    if length != "terminator" || random.random() {
+        let place = bytes
+            + if length == "terminator" {
+                end_length
+            } else {
+                0
+            };
+        let from = [0, 0, 1, 3].choose(random).unwrap();
+        writeln!(
+            text,
+            "checksum = {{ {name}, type = '{kind}', at = -{place}, from = {from} }}"
+        )
+        .unwrap();
+    }
+    for number in 0..random.random_range(0..5) {
+        let (length, rest) = *FIELDS.choose(random).unwrap();
+        writeln!(
+            text,
+            "[[fields]]\nname = 'field{number}'\nat = {at}\n{rest}\n"
+        )
+        .unwrap();
+        at += length;
+        // A field that takes the rest of the frame is the last one, because fields may share bytes.
+        if rest == "type = 'bytes'" || rest == "type = 'text'" {
+            break;
+        }
+    }
+    text
+}

@@ -1,0 +1,194 @@
+//! Target `parser`: a stream that is cut into slices anywhere and contains line events anywhere.
+
+use std::fmt::Debug;
+
+use framelock::lecture::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Counters, DiscardReason, Line, Parser, Receiver};
+use framelock_proofs::reference::{self, NaiveFormat};
+
+use crate::outcome::{Counted, Outcome, as_counter};
+use crate::stream::{Stream, StreamStep, bytes_of};
+
+/// Checks that every machine reports the same as the reference: the frames, their positions, the discarded bytes and
+/// the reasons. Pushed bytes and fed slices must give the same result, wherever the stream is cut. No frame may contain
+/// bytes from both sides of a line event. Every byte and every event must be counted once.
+///
+/// Returns the counters of each machine.
+///
+/// # Panics
+/// Panics if the stream shows a bug.
+pub fn parser(stream: &Stream) -> [Counters; 3] {
+    [
+        check::<Receiver<Bin>, reference::Bin>(stream),
+        check::<Lecture, reference::Lecture>(stream),
+        check::<Receiver<BinCrc8>, reference::BinCrc8>(stream),
+    ]
+}
+
+/// A machine whose messages are setpoints.
+pub(crate) trait OfSetpoints:
+    for<'a> Parser<Message<'a> = Setpoint> + Default + 'static
+{
+}
+
+impl<P: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> OfSetpoints for P {}
+
+fn check<P, F>(Stream(steps): &Stream) -> Counters
+where
+    P: OfSetpoints + Copy + PartialEq + Debug,
+    F: NaiveFormat,
+{
+    // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
+    // byte.
+    let mut line = Line::new(P::default());
+    let mut counted = Counted::default();
+    // After a line event, the rest is a new stream.
+    for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
+        let bytes = bytes_of(stretch);
+        let expected = Outcome::expected::<F>(&bytes);
+        let pushed = push::<P, F>(&bytes, &expected);
+        let (fed, outcome) = feed::<P>(stretch);
+        assert_eq!(fed, pushed, "fed: {steps:02X?}");
+        assert_eq!(outcome, expected, "fed: {steps:02X?}");
+
+        let mut setpoints = Vec::new();
+        for slice in stretch.iter().map(StreamStep::bytes) {
+            match slice {
+                [first, _, _, ..] if first % 2 == 1 => setpoints.extend(line.messages(slice)),
+                [_, _, _, ..] => line.feed(slice, |found| setpoints.extend(found.message())),
+                few => setpoints.extend(few.iter().filter_map(|&byte| line.push(byte))),
+            }
+        }
+        let expected_setpoints = expected.frames().into_iter().map(|(_, setpoint)| setpoint);
+        assert!(
+            setpoints.into_iter().eq(expected_setpoints),
+            "on the line: {steps:02X?}"
+        );
+        assert_eq!(line.parser(), &pushed, "on the line: {steps:02X?}");
+
+        counted.add(bytes.len(), &expected.found);
+        if let Some(StreamStep::Event(event)) = stretch.last() {
+            let mut discarded = 0;
+            line.line_event(*event, |found| {
+                assert_eq!(found.message(), None, "{steps:02X?}");
+                discarded += found.bytes();
+            });
+            assert_eq!(discarded, expected.pending, "{steps:02X?}");
+            counted.discarded(expected.pending, DiscardReason::LineEvent);
+            counted.line_event(*event);
+            assert_eq!(line.parser(), &P::default(), "reset: {steps:02X?}");
+        }
+        let counters = line.counters();
+        assert_eq!(counters, &counted.counters, "{steps:02X?}");
+        assert_eq!(
+            counters.bytes,
+            counters.frame_bytes + counters.discarded.total() + as_counter(line.pending()),
+            "every byte is counted once: {steps:02X?}"
+        );
+    }
+    counted.counters
+}
+
+/// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each frame comes with its
+/// last byte and that always fewer bytes are pending than a frame has.
+fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
+where
+    P: OfSetpoints + PartialEq + Debug,
+    F: NaiveFormat,
+{
+    let (mut parser, mut reporting) = (P::default(), P::default());
+    let mut frames = Vec::new();
+    let mut reported = Outcome::default();
+    for (index, &byte) in bytes.iter().enumerate() {
+        let setpoint = parser.push(byte);
+        frames.extend(setpoint.map(|setpoint| (index, setpoint)));
+        assert!(parser.pending() < F::LENGTH, "{bytes:02X?}");
+
+        let mut length = None;
+        let setpoint = reporting.push_with(byte, |one| match one {
+            framelock::Found::Discarded { count, why, .. } => {
+                reported.add(framelock::Found::discarded(count, why));
+            }
+            framelock::Found::Frame { length: bytes, .. } => length = Some(bytes),
+        });
+        assert_eq!(length.is_some(), setpoint.is_some(), "{bytes:02X?}");
+        if let (Some(length), Some(setpoint)) = (length, setpoint) {
+            reported.add(framelock::Found::frame(length, setpoint));
+        }
+        assert_eq!(reporting, parser, "{bytes:02X?}");
+    }
+    reported.pending = reporting.pending();
+    assert_eq!(frames, expected.frames(), "pushed: {bytes:02X?}");
+    assert_eq!(&reported, expected, "pushed: {bytes:02X?}");
+    parser
+}
+
+/// Feeds the slices one after another.
+fn feed<P: OfSetpoints>(slices: &[StreamStep]) -> (P, Outcome) {
+    let mut parser = P::default();
+    let mut outcome = Outcome::default();
+    for slice in slices.iter().map(StreamStep::bytes) {
+        parser.feed(slice, |found| outcome.add(found));
+    }
+    outcome.pending = parser.pending();
+    (parser, outcome)
+}
+
+#[cfg(test)]
+mod tests {
+    use framelock::{Found, LineEvent};
+
+    use super::*;
+
+    /// A receiver with a deliberate mistake: `next_with` finds every frame, but reports another reason for discarded
+    /// bytes.
+    #[derive(Clone, Copy, Default, PartialEq, Debug)]
+    struct WrongReasons(Receiver<Bin>);
+
+    impl Parser for WrongReasons {
+        type Message<'a> = Setpoint;
+
+        fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Setpoint> {
+            self.0.push_with(byte, account)
+        }
+
+        fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<Setpoint>)) {
+            self.0.feed(bytes, found);
+        }
+
+        fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Setpoint>)) {
+            self.0.line_event(event, found);
+        }
+
+        fn pending(&self) -> usize {
+            self.0.pending()
+        }
+
+        fn reset(&mut self) {
+            self.0.reset();
+        }
+
+        fn next_with(
+            &mut self,
+            bytes: &mut &[u8],
+            mut account: impl FnMut(Found<()>),
+        ) -> Option<Setpoint> {
+            self.0.next_with(bytes, |found| {
+                account(match found {
+                    Found::Discarded { count, .. } => {
+                        Found::discarded(count, DiscardReason::ChecksumMismatch)
+                    }
+                    Found::Frame { .. } => found,
+                });
+            })
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "checksum_mismatch: 1")]
+    fn a_byte_that_is_counted_for_a_wrong_reason_is_a_bug() {
+        let stream = Stream(vec![StreamStep::Slice(b"?AB\0xyz\r".to_vec())]);
+        check::<WrongReasons, reference::Bin>(&stream);
+    }
+}

@@ -1,0 +1,85 @@
+//! Tests of the guides: links, and tables of measured figures.
+
+use std::fs;
+use std::path::Path;
+
+use crate::workspace::{Workspace, files, links};
+
+#[test]
+fn every_relative_link_leads_to_a_file() {
+    let root = Workspace::load().expect("cargo knows this workspace").root;
+    let mut broken = Vec::new();
+    for entry in fs::read_dir(&root).expect("a folder").flatten() {
+        let name = entry.file_name().into_string().expect("a plain name");
+        if name.starts_with('.') || name == "target" {
+            continue;
+        }
+        for file in files(&entry.path()).expect("readable folders") {
+            if file.extension().is_none_or(|extension| extension != "md") {
+                continue;
+            }
+            let text = fs::read_to_string(&file).expect("text");
+            let folder = file.parent().expect("a file is in a folder");
+            let relative = links(&text).filter(|link| !link.contains(':'));
+            let missing = relative.filter(|link| !folder.join(link).exists());
+            broken.extend(missing.map(|link| format!("{}: {link}", file.display())));
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// Replaces the rows of each table that follows a line such as `<!-- figures: NAME -->` with the rows of this name in
+/// the figures, whose lines consist of the name and the cells, separated by tabs.
+fn with_figures(page: &str, figures: &str) -> String {
+    let mut text = Vec::new();
+    let (mut name, mut is_replaced) = (None, false);
+    for line in page.lines() {
+        is_replaced &= line.starts_with('|');
+        if is_replaced {
+            continue;
+        }
+        text.push(line.to_owned());
+        let begins = line.strip_prefix("<!-- figures: ");
+        name = begins.and_then(|rest| rest.strip_suffix(" -->")).or(name);
+        if line.starts_with("| ---")
+            && let Some(name) = name.take()
+        {
+            let rows = figures.lines().filter_map(|row| row.split_once('\t'));
+            let rows = rows.filter(|(table, _)| *table == name);
+            let rows: Vec<String> = rows.map(|(_, cells)| cells.replace('\t', " | ")).collect();
+            assert!(!rows.is_empty(), "there are no figures of {name}");
+            text.push(format!("| {} |", rows.join(" |\n| ")));
+            is_replaced = true;
+        }
+    }
+    text.join("\n") + "\n"
+}
+
+/// Write the tables with `SNAPSHOTS=overwrite cargo test -p xtask figures`.
+#[test]
+fn the_tables_of_figures_are_those_that_were_measured() {
+    let root = Workspace::load().expect("cargo knows this workspace").root;
+    let text = |file: &Path| fs::read_to_string(file).expect("text");
+    let figures = text(&root.join("formats/benches/rivals/figures.tsv"));
+    for page in ["docs/rivals.md", "docs/costs.md"] {
+        let page = root.join(page);
+        let (written, expected) = (text(&page), with_figures(&text(&page), &figures));
+        if std::env::var("SNAPSHOTS").is_ok_and(|value| value == "overwrite") {
+            fs::write(&page, &expected).expect("written");
+        } else {
+            assert!(
+                written == expected,
+                "{} differs from the figures",
+                page.display()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_table_gets_the_rows_of_its_name() {
+    let page = "<!-- figures: a -->\n| x | y |\n| --- | --- |\n| old | row |\n\nText\n\n| z |\n| --- |\n| kept |\n";
+    let made = with_figures(page, "a\t1\t2\nb\t3\na\t4\t\n");
+    let expected = page.replace("| old | row |", "| 1 | 2 |\n| 4 |  |");
+    assert_eq!(made, expected);
+}

@@ -1,0 +1,328 @@
+# The stages of `cargo xtask verify`, a function each. `cargo xtask verify` starts this script once for each stage, and
+# counts the tests in its output: `sh tools/xtask/stages.sh FUNCTION`, in the root, with the folder for builds in the
+# variable TARGET. A command that fails ends the stage.
+set -eu
+# After this, functions can write to the standard output of the stage wherever their own goes.
+exec 3>&1
+target=${TARGET:-$PWD/target}
+. tools/xtask/setup.sh
+
+# Options with which cargo's commands run clippy too. Clippy's compiler is rustc with more lints. An environment variable
+# could also select clippy, but programs that cargo runs would inherit it.
+lint="--config build.rustc-workspace-wrapper='clippy-driver'"
+export CLIPPY_ARGS=-Dwarnings
+# All packages except the one whose browser driver takes long to compile. All stages pass these packages to cargo, because
+# the packages determine the features of common dependencies. With others, cargo would compile them again. Clippy compiles
+# the tests, so that they need not be compiled again to run.
+everything="--workspace --all-features --exclude framelock-web-browser $lint"
+published="--package framelock --package framelock-formats"
+
+# Runs tests. `cargo xtask verify` checks that at least one test runs after each of these lines.
+tests_of() { echo "tests: $*"; "$@"; }
+
+format() {
+    lints
+    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals; do
+        (cd $folder; cargo fmt --all --check)
+    done
+}
+
+chip=thumbv7em-none-eabihf
+
+# The targets include one without atomic compare-and-swap, one with a floating-point unit, and one that is not Arm. Subsets
+# of the features between the empty and the full one are checked for one target only.
+core() {
+    chips="thumbv6m-none-eabi $chip riscv32imac-unknown-none-elf"
+    bare_metal $chips
+    export RUSTFLAGS=-Dwarnings
+    check="cargo check --target-dir $target/microcontrollers --no-default-features --package framelock"
+    for one in $chips; do $check --package framelock-formats --target $one; done
+    # Each subset of the features. A subset begins with a comma.
+    subsets=,
+    for feature in $(sed -n '/^\[features\]/,/^$/s/^"\?\([^" #]*\)"\? = .*/\1/p' core/Cargo.toml); do
+        for subset in $subsets; do subsets="$subsets $subset,$feature"; done
+    done
+    for subset in $subsets; do $check --target $chip --features "$subset"; done
+    for one in $chips; do $check --target $one --features "$subset"; done
+    note "$(echo $subsets | wc -w) sets of features"
+}
+
+prove() { cargo xtask prove; }
+
+clippy() {
+    lints
+    cargo test $everything --all-targets --no-run
+    prover="cargo run --quiet --package framelock-offline-prover -- clippy"
+    $prover --package framelock --package framelock-proofs --package framelock-formats --package framelock-reception
+    $prover --package framelock-c-proofs --c c/proofs
+}
+
+# The firmware's tests need the images, and have a stage of their own.
+tests() {
+    c_tools
+    tests_of cargo test $everything --all-targets --no-fail-fast --exclude framelock-firmware-tests
+}
+
+docs() {
+    tests_of cargo test $everything --doc
+    RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --all-features $published --package framelock-proofs \
+        --package framelock-receiving --package framelock-simulation
+}
+
+# Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one instead.
+interface() {
+    # Build in a separate folder. In the common folder, cargo would compile all dependencies again, because RUSTC_BOOTSTRAP
+    # changes their build. A stable compiler accepts the unstable JSON only with this variable. docs.rs sets `docsrs`, too.
+    RUSTC_BOOTSTRAP=1 RUSTDOCFLAGS="-Dwarnings --cfg=docsrs -Zunstable-options --output-format=json" \
+        cargo doc --no-deps --lib --all-features $published --target-dir "$target/interface"
+    echo "After an intended change, run: SNAPSHOTS=overwrite cargo xtask verify --only interface"
+    for package in core:framelock formats:framelock_formats; do
+        name=${package#*:}
+        cargo xtask interface "$target/interface/doc/$name.json" >"$target/interface/$name.txt"
+        [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/interface/$name.txt" "${package%:*}/PUBLIC-API.txt"
+        git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/interface/$name.txt"
+    done
+    note "by $(rustc --version)"
+}
+
+# Prints the options of cargo that select an image's program and features.
+options_of() {
+    case $1 in
+    default) echo --bin framelock-firmware ;;
+    small) echo --bin framelock-firmware --no-default-features ;;
+    megabaud | lecture | write-uicr | bin-crc8) echo --bin framelock-firmware --features="$1" ;;
+    self-test) echo --bin self-test ;;
+    self-test-megabaud) echo --bin self-test --features=megabaud ;;
+    # Single steps of the parsers, to measure their costs.
+    parser-steps) echo --bin parser-steps --no-default-features ;;
+    *) return 1 ;;
+    esac
+}
+every_image="default megabaud lecture write-uicr small bin-crc8 self-test self-test-megabaud parser-steps"
+
+# Builds the images with these names, or all, from the sources in a folder, into a folder. All images have the same dependencies, so each further image
+# takes only a second or two. Copies each image, because the next build would overwrite it.
+images() (
+    sources=$1 built=$2
+    shift 2
+    [ $# -gt 0 ] || set -- $every_image
+    bare_metal $chip
+    mkdir -p "$built/images"
+    for image; do
+        options=$(options_of "$image")
+        build="cargo build --locked --release --target $chip --target-dir $built $options"
+        # An image is built twice, because clippy's build is less optimised.
+        [ -z "${with_lint-}" ] || [ -n "${debians-}" ] || (cd "$sources/firmware"; $build $lint)
+        (cd "$sources/firmware"; $build)
+        program=${options#--bin }
+        cp "$built/$chip/release/${program%% *}" "$built/images/$image.elf"
+    done
+)
+
+# Checks the firmware of the sources in a folder.
+check_settings() (
+    bare_metal $chip
+    cd "$1/firmware"
+    cargo check --locked --release --target $chip --target-dir "$1/target" --bin framelock-firmware
+)
+
+firmware() {
+    with_lint=yes images . "$target/firmware"
+    cargo xtask contradictions
+}
+
+# Tests the images in a folder with the sources in another, and with options for the tests.
+emulated_in() {
+    export FRAMELOCK_IMAGES="$1"
+    shift
+    tests_of cargo test $everything --test firmware -- "$@"
+}
+
+emulated() {
+    images . "$target/firmware"
+    emulated_in "$target/firmware/images"
+}
+
+# Checks the answers of the compared crates, and the formats' costs on the chip.
+rivals() {
+    (bare_metal $chip)
+    cd formats/benches/rivals
+    cargo clippy --locked --release --target-dir "$target/rivals" -- -Dwarnings
+    cargo run --locked --release --target-dir "$target/rivals" -- check
+}
+
+# First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
+# tests under each single assumption.
+random() {
+    images . "$target/firmware"
+    export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
+    emulated_in "$target/firmware/images"
+    unset FRAMELOCK_RANDOM_RUNS
+    emulated_in "$target/firmware/images" --ignored
+}
+
+# The examples are built into the folder in which the guide's commands expect them. The RP2040 has no emulator.
+examples() {
+    # The guide's commands call plain `cargo`, which does not use Debian's compiler.
+    without=$(
+        exec 4>&1 >&3
+        bare_metal $chip thumbv6m-none-eabi
+        build="cargo build --locked --release"
+        for options in "$lint" ""; do
+            # Debian's compiler has no clippy.
+            [ -z "$options" ] || [ -z "${debians-}" ] || continue
+            (cd firmware; $build --target-dir target --package framelock-embassy --package framelock-rtic $options)
+            (cd firmware/examples/rp2040; $build --target-dir "$target/rp2040" $options)
+        done
+        [ -z "${debians-}" ] || echo "--skip the_guides_commands" >&4
+    )
+    export FRAMELOCK_EXAMPLES="$PWD/firmware/target/$chip/release"
+    tests_of cargo test $everything --test examples -- $without
+}
+
+statistics() {
+    export FRAMELOCK_STATISTICS=full
+    tests_of cargo test --package framelock-simulation
+}
+
+tables() {
+    python_with pandas==3.1.1 polars==2.1.0 pymavlink==2.4.50
+    cargo build --package framelock-host
+    "$python" host/cli/tests/tables.py "$target/debug/framelock" host/cli/tests/recordings.txt
+    "$python" host/description/tests/message_names.py host/description/src/message_names.txt formats/src/dialects.rs
+}
+
+generated() {
+    c_tools
+    tests_of cargo test $everything --test c -- --ignored
+}
+
+c_proofs() { cargo xtask prove --c; }
+
+prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
+
+bugs() { cargo xtask bugs; }
+
+# Proves the step in images of the sources in a folder, which are built into a folder.
+machine_code_of() {
+    python_with $(sed '/^#/d' proofs/machine-code/requirements.txt)
+    sources=$1 built=$2
+    shift 2
+    images "$sources" "$built" "$@"
+    tests_of "$python" -B proofs/machine-code/prove.py $(printf "$built/images/%s.elf " "$@")
+}
+
+machine_code() {
+    machine_code_of . "$target/firmware" default megabaud lecture small
+    cargo xtask bugs machine-code
+}
+
+# Fuzzes without a sanitizer, because the core and the oracles forbid `unsafe`, and without tracing comparisons, because
+# that would take more than half of the time. The dictionaries and seeds contain the values that are compared.
+fuzz() {
+    nightly
+    cargo_tool cargo-fuzz 0.13.2
+    # These variables of `cargo xtask`'s toolchain would confuse the nightly one.
+    unset CARGO RUSTC RUSTUP_TOOLCHAIN LD_LIBRARY_PATH
+    for name in $(cargo +nightly fuzz list); do
+        mkdir -p "fuzz/corpus-found/$name"
+        dictionary=
+        [ ! -e "fuzz/$name.dict" ] || dictionary=-dict=fuzz/$name.dict
+        cargo +nightly fuzz run --sanitizer=none --no-trace-compares "$name" "fuzz/corpus-found/$name" \
+            "fuzz/corpus/$name" -- -max_total_time=60 -max_len=256 $dictionary
+    done
+}
+
+systems() {
+    rustup target add x86_64-pc-windows-msvc aarch64-apple-darwin
+    export RUSTFLAGS=-Dwarnings
+    cargo check --package framelock-host --all-targets --target x86_64-pc-windows-msvc
+    cargo check --package framelock-host --package xtask --all-targets --target aarch64-apple-darwin
+}
+
+minimum() {
+    oldest=1.85
+    rustup toolchain install $oldest --profile minimal
+    for package in core formats; do
+        grep -q "^rust-version = \"$oldest\"" $package/Cargo.toml
+        CARGO_TARGET_DIR=$target/$oldest cargo +$oldest check --manifest-path $package/Cargo.toml --all-features \
+            --ignore-rust-version
+    done
+}
+
+semver() {
+    cargo_tool cargo-semver-checks 0.51.0
+    baseline=$(sed -n 's/^semver-baseline = "\(.*\)"/\1/p' Cargo.toml)
+    # A shallow clone lacks the baseline. Fetch only this commit, without its history.
+    git cat-file -e "$baseline^{commit}" || git fetch --quiet --no-tags --depth=1 origin "$baseline"
+    echo "If a break is intended, see CONTRIBUTING.md, section To change the public interface"
+    cargo semver-checks --baseline-rev "$baseline" $published
+}
+
+publish() {
+    cargo publish --dry-run $published 2>"$target/publish" || { cat "$target/publish"; return 1; }
+    cat "$target/publish"
+    if grep '^warning' "$target/publish" | grep -v 'due to dry run'; then return 1; fi
+}
+
+wheel() {
+    python_with maturin==1.16.0
+    folder=$target/wheel
+    rm -rf "$folder"
+    "$python" -m maturin build --release --locked --manifest-path host/cli/Cargo.toml --out "$folder"
+    python3 -m venv "$folder/environment"
+    "$folder/environment/bin/pip" install --quiet --no-index "$folder"/*.whl
+    version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+    framelock=$folder/environment/bin/framelock
+    [ "$("$framelock" --version)" = "framelock $version" ]
+    grep -qx "version=$version" c/arduino/library.properties
+    # From a file to a file, and from a pipe to a pipe. Noise follows each frame.
+    cd "$folder"
+    printf 'AB\0\1\2\3\rAB\0\4\5\6\rAB\0\7\10\11\r' >frames
+    printf 'AB\0\1\2\3\r??AB\0\4\5\6\r??AB\0\7\10\11\r??' >noisy
+    "$framelock" decode noisy --format csv --output table
+    [ "$(wc -l <table)" = 4 ]
+    "$framelock" decode --format csv <noisy | cmp - table
+    "$framelock" encode <table | cmp - frames
+}
+
+# The nightly workflow also checks for security advisories, which change without a commit.
+licences() {
+    cargo_tool cargo-deny 0.20.2
+    for folder in . firmware fuzz formats/benches/rivals; do
+        cargo deny --manifest-path $folder/Cargo.toml --all-features --config deny.toml check licenses bans sources
+    done
+}
+
+# Compiles the page's machines, and generates the script that calls them. The version must equal that of the library in
+# host/web/Cargo.toml.
+page() {
+    wasm=wasm32-unknown-unknown
+    echo "Compiles the page to WebAssembly, in about a minute. The first build also downloads a target (20 MB) and"
+    echo "compiles wasm-bindgen into $target/tools, in three to five more minutes on two idle cores."
+    rustup target add $wasm
+    cargo_tool wasm-bindgen-cli 0.2.129
+    cargo rustc --locked --package framelock-web --lib --crate-type cdylib --profile wasm --target $wasm
+    wasm-bindgen --target no-modules --no-typescript --out-name machines --out-dir "$target/$wasm/wasm/bound" \
+        "$target/$wasm/wasm/framelock_web.wasm"
+}
+
+web() {
+    browsers
+    cargo xtask web
+    cargo build --package framelock-host
+    # The tests run in another folder, so the paths are absolute.
+    export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK="$target/debug/framelock"
+    [ -z "${FRAMELOCK_PICTURES-}" ] || export FRAMELOCK_PICTURES="$PWD/$FRAMELOCK_PICTURES"
+    tests_of cargo test --package framelock-web-browser $lint -- --show-output
+}
+
+# The tests of the core and the formats. The harnesses take most of a day: see proofs/README.md.
+mutants() {
+    cargo_tool cargo-mutants 27.1.0
+    # Exit code 3: some change made the tests run into their time limit. Such a change counts as noticed.
+    cargo mutants --workspace --test-package framelock --test-package framelock-formats \
+        --output "$target/mutants-by-tests" || [ $? = 3 ]
+}
+
+"$@"
