@@ -233,7 +233,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one in each call.
     ///
     /// The future ends after the duration of the pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
-    /// drops the source's `read` at a pause, so dropping it must lose no byte.
+    /// drops the source's `read` at a pause, so dropping it must lose no byte. Read only with this function, because after
+    /// a pause it continues the line event in the next call.
     ///
     /// # Errors
     /// See [`next_message_async`](Self::next_message_async).
@@ -272,7 +273,9 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             while self.in_pause {
                 let mut made = None;
                 self.in_pause = self.line.line_event_step(LineEvent::Idle, |found| {
-                    made = found.message().map(&mut on);
+                    if let Some(message) = found.message() {
+                        made = Some(on(message));
+                    }
                 });
                 if made.is_some() {
                     return Ok(made);

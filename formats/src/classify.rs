@@ -11,7 +11,7 @@ use framelock::{Classification, DiscardReason, LineEvent};
 
 use crate::layout::{
     ByteOrder, CheckedLayout, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns,
-    Trailer, index,
+    Trailer, index, is_within,
 };
 
 /// A parsed header.
@@ -256,10 +256,7 @@ impl Layout<'_> {
     /// Returns the index and the length of the terminator that follows the content, or `None` if more bytes are needed.
     #[inline(always)]
     fn end_of_content(&self, bytes: &[u8]) -> Result<Option<(usize, usize)>, Classification> {
-        let is_content = |byte: &u8| {
-            let mut ranges = self.content.iter();
-            ranges.any(|(first, last)| first <= byte && byte <= last)
-        };
+        let is_content = |byte: &u8| is_within(self.content, *byte);
         let Some(place) = bytes.iter().position(|byte| !is_content(byte)) else {
             return Ok(None);
         };

@@ -126,9 +126,6 @@ impl CheckedLayout<'_> {
 
     /// Returns true if the byte is content, and not part of a terminator.
     fn is_free(&self, byte: u8) -> bool {
-        let mut ranges = self.content.iter();
-        let is_content =
-            self.content.is_empty() || ranges.any(|&(first, last)| first <= byte && byte <= last);
-        is_content && !self.terminator.bytes.contains(&byte)
+        self.is_content(byte) && !self.terminator.bytes.contains(&byte)
     }
 }

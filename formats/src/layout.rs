@@ -252,6 +252,12 @@ impl<'a> Layout<'a> {
         other.length | another.length != 0
     }
 
+    /// Returns true if a frame may contain this byte between its sync and its terminator.
+    #[must_use]
+    pub fn is_content(&self, byte: u8) -> bool {
+        self.content.is_empty() || is_within(self.content, byte)
+    }
+
     /// Returns the length from which negative offsets in this frame count back. This is the frame's length, unless the
     /// frame ends with one of the [`other_terminators`](Self::other_terminators). Then it is the length that the frame
     /// would have if it ended with the [`terminator`](Self::terminator) instead.
@@ -312,6 +318,13 @@ pub const fn index(place: i16, length: usize) -> Option<usize> {
     } else {
         Some(distance)
     }
+}
+
+/// Returns true if the byte is in one of the ranges.
+#[inline(always)]
+pub(crate) fn is_within(ranges: &[(u8, u8)], byte: u8) -> bool {
+    let mut ranges = ranges.iter();
+    ranges.any(|&(first, last)| first <= byte && byte <= last)
 }
 
 #[inline(always)]

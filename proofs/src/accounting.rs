@@ -17,6 +17,7 @@
 //! For every format of any length, `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
 
+use framelock::any_format::any_line_event;
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{
@@ -24,7 +25,7 @@ use framelock::{
     Parser, Receiver,
 };
 
-use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
+use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
 /// Returns a line with this parser. All counters of bytes and frames have the value `start`. One value for all counters
 /// suffices, because no counter depends on another counter.

@@ -2,11 +2,12 @@
 //! are pending, the event leaves the machine in its state at reset. So the machine treats the bytes after the event as
 //! if no byte had come before.
 
+use framelock::any_format::any_line_event;
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{Found, Line, Receiver};
 
-use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
+use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
 /// Checks that a line event leaves the machine in its state at reset. Also checks a consequence: the machine delivers
 /// nothing as long as fewer bytes have come after the event than a frame has.

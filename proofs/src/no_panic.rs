@@ -1,12 +1,13 @@
 //! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
 //! memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's parts and the failsafe are in `core`.
 
+use framelock::any_format::any_line_event;
 use framelock::any_format::part;
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Counters, Encode, FixedFormat, Line};
 
 use crate::any_parser::AnyParser;
-use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver, any_setpoint};
+use crate::states::{OfSetpoints, any_lecture, any_receiver, any_setpoint};
 
 /// Runs every operation of a parser, from its current state.
 fn any_operations<P: OfSetpoints>(parser: P) {

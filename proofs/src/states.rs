@@ -3,7 +3,7 @@
 use framelock::any_format::part;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
-use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
+use framelock::{FixedFormat, FrameBytes, Parser, Receiver};
 
 /// The end of a stream. `last` holds the stream's last bytes, as many as a frame has, the newest one last. `since` is
 /// the number of these bytes that came after the last delivered frame. (The receiver's state is the same whether all of
@@ -72,16 +72,6 @@ pub(crate) fn any_lecture() -> Lecture {
 
 pub(crate) fn any_setpoint() -> Setpoint {
     kani::any::<[u8; 3]>().into()
-}
-
-pub(crate) fn any_line_event() -> LineEvent {
-    match kani::any::<u8>() {
-        0 => LineEvent::Framing,
-        1 => LineEvent::Parity,
-        2 => LineEvent::Overrun,
-        3 => LineEvent::Break,
-        _ => LineEvent::Idle,
-    }
 }
 
 /// Returns whether seven bytes are a frame of BIN (F1).

@@ -122,8 +122,8 @@ struct Asked {
     before: Cell<Option<Classification>>,
 }
 
-/// Any format during one step of the receiver. In this step the format answers each of its two questions at most once,
-/// about one place.
+/// Any format during one step of the receiver. In a step, the receiver calls [`Format::classify_after`] and
+/// [`Format::classify_before`] at most once each, about the same bytes.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
     /// The answers about the place. `None` stands for arbitrary answers, which may break the laws.

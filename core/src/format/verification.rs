@@ -96,7 +96,7 @@ pub fn any_verdict() -> Classification {
 }
 
 /// Returns any line event.
-pub fn any_event() -> LineEvent {
+pub fn any_line_event() -> LineEvent {
     match kani::any::<u8>() {
         0 => LineEvent::Framing,
         1 => LineEvent::Parity,

@@ -8,14 +8,8 @@ impl Kind {
     /// Returns the bytes that a frame may contain between its sync and its terminator.
     #[must_use]
     pub fn content_bytes(&self) -> Vec<u8> {
-        let ranges = self.layout().content;
-        let is_content = |byte: &u8| {
-            ranges
-                .iter()
-                .any(|(first, last)| (first..=last).contains(&byte))
-        };
         (0..=u8::MAX)
-            .filter(|byte| ranges.is_empty() || is_content(byte))
+            .filter(|byte| self.layout().is_content(*byte))
             .collect()
     }
 

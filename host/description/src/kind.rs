@@ -693,9 +693,8 @@ fn fixed_bits<'f>(fields: impl Iterator<Item = &'f Field>) -> (Vec<FixedBits>, V
 }
 
 /// Returns a list of messages for a kind that has fixed bits after the header. The list makes a receiver check these bits
-/// before it decides on the kind. A receiver waits for a message's number before it decides, so the list declares the
-/// last byte with fixed bits to be this number. The known numbers are all values of this byte that agree with its fixed
-/// bits.
+/// before it decides on the kind: the list treats the last byte with fixed bits as the message's number, for which a
+/// receiver always waits. The known numbers are all values of this byte that agree with its fixed bits.
 fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<layouts::OwnMessages> {
     let follows = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let last = fixed.iter().filter(follows).max_by_key(|bits| bits.at)?;

@@ -8,15 +8,13 @@ use framelock::{
     BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, Receiver,
 };
 use framelock_description::Layouts;
-use serde::Serialize;
 use thiserror::Error;
 
 use crate::protocol::{FrameFormat, Protocol};
 
 /// The choice of the receiver. The receivers differ in what they do with the bytes of a broken frame.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "lowercase")]
 pub enum Policy {
     /// The lecture's machine, which discards the bytes of a broken frame; bin only
     Lecture,
@@ -81,8 +79,10 @@ impl AnyLine {
     /// no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, LineError> {
         match (policy, protocol.setpoints) {
-            (_, Some(format)) => Self::of_setpoints(format, policy),
-            (Policy::Lecture, None) => Err(LineError::LectureReceivesBin),
+            (Policy::Lecture, Some(FrameFormat::Bin)) => Ok(Self::Lecture(Line::default())),
+            (Policy::Lecture, _) => Err(LineError::LectureReceivesBin),
+            (Policy::Framelock, Some(FrameFormat::Bin)) => Ok(Self::Bin(Line::default())),
+            (Policy::Framelock, Some(FrameFormat::BinCrc8)) => Ok(Self::BinCrc8(Line::default())),
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
                 let buffer = vec![0; 2 * format.longest()];
@@ -90,19 +90,6 @@ impl AnyLine {
                 let receiver = receiver.ok_or_else(|| LineError::NoBytes(protocol.name.clone()))?;
                 Ok(Self::Described(Line::new(receiver)))
             }
-        }
-    }
-
-    /// Creates the receiver for frames of setpoints and this policy. It needs no description.
-    ///
-    /// # Errors
-    /// Returns an error if the lecture's machine is chosen and does not receive these frames.
-    pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, LineError> {
-        match (policy, format) {
-            (Policy::Framelock, FrameFormat::Bin) => Ok(Self::Bin(Line::default())),
-            (Policy::Framelock, FrameFormat::BinCrc8) => Ok(Self::BinCrc8(Line::default())),
-            (Policy::Lecture, FrameFormat::Bin) => Ok(Self::Lecture(Line::default())),
-            (Policy::Lecture, FrameFormat::BinCrc8) => Err(LineError::LectureReceivesBin),
         }
     }
 

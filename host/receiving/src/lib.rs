@@ -32,6 +32,6 @@ mod tracked_line;
 
 pub use any_line::{AnyLine, LineError, Policy};
 pub use delivery_check::DeliveryCheck;
-pub use protocol::{FrameFormat, Protocol, ProtocolError};
+pub use protocol::{Protocol, ProtocolError};
 pub use standstill::Standstill;
 pub use tracked_line::{Piece, TrackedLine};

@@ -6,14 +6,11 @@ use std::path::Path;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, Format as _};
 use framelock_description::{Description, Problem, ReadError, UnknownName, read, shipped};
-use serde::Serialize;
 use thiserror::Error;
 
 /// A format of frames that carry setpoints. The core has a receiver for each of these formats.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum FrameFormat {
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum FrameFormat {
     /// 'A' 'B' reserved pitch roll yaw CR
     Bin,
     /// 'A' 'B' reserved pitch roll yaw crc CR
@@ -30,36 +27,11 @@ impl FrameFormat {
         }
     }
 
-    /// Returns the number of bytes in a frame.
-    #[must_use]
-    pub const fn length(self) -> usize {
-        self.states().len()
-    }
-
-    /// Returns the lecture's names of the states. A receiver is in state `i` while it waits for byte `i` of a frame.
-    #[must_use]
-    pub const fn states(self) -> &'static [&'static str] {
-        match self {
-            Self::Bin => &["A", "B", "1", "2", "3", "4", "CR"],
-            Self::BinCrc8 => &["A", "B", "1", "2", "3", "4", "crc", "CR"],
-        }
-    }
-
     /// Returns the frame of a setpoint.
-    #[must_use]
-    pub fn encode(self, setpoint: Setpoint) -> Vec<u8> {
+    pub(crate) fn encode(self, setpoint: Setpoint) -> Vec<u8> {
         match self {
             Self::Bin => Bin::encode(setpoint).to_vec(),
             Self::BinCrc8 => BinCrc8::encode(setpoint).to_vec(),
-        }
-    }
-
-    /// Returns the setpoint in a frame, or `None` if there are too few bytes.
-    #[must_use]
-    pub fn setpoint(self, frame: &[u8]) -> Option<Setpoint> {
-        match frame {
-            &[_, _, _, pitch, roll, yaw, ..] => Some(Setpoint { pitch, roll, yaw }),
-            _ => None,
         }
     }
 }
@@ -88,7 +60,7 @@ pub struct Protocol {
     /// The parsed description.
     pub description: Description,
     /// The format, if the frames carry setpoints. Only these frames work with the failsafe and the motions.
-    pub setpoints: Option<FrameFormat>,
+    pub(crate) setpoints: Option<FrameFormat>,
 }
 
 impl Protocol {
@@ -138,10 +110,15 @@ impl Protocol {
         self.setpoints.unwrap_or(FrameFormat::Bin).encode(setpoint)
     }
 
-    /// Returns the setpoint in a frame, if the frames carry setpoints.
+    /// Returns the setpoint in a frame. Returns `None` if the frames carry no setpoints, or if there are too few bytes.
     #[must_use]
     pub fn setpoint(&self, frame: &[u8]) -> Option<Setpoint> {
-        self.setpoints?.setpoint(frame)
+        match frame {
+            &[_, _, _, pitch, roll, yaw, ..] if self.has_setpoints() => {
+                Some(Setpoint { pitch, roll, yaw })
+            }
+            _ => None,
+        }
     }
 }
 

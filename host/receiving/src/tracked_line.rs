@@ -115,15 +115,15 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::{FrameFormat, Policy, Protocol};
+    use crate::{Policy, Protocol};
 
     /// Returns noise with many starts of frames and with some frames. The stream may end inside a frame.
-    fn noise(format: FrameFormat, random: &mut ChaCha8Rng) -> Vec<u8> {
+    fn noise(protocol: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
         let mut stream = Vec::new();
         for _ in 0..random.random_range(0..60) {
             if random.random_ratio(1, 3) {
                 let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
-                stream.extend(format.encode(Setpoint::from(bytes)));
+                stream.extend(protocol.encode_setpoint(Setpoint::from(bytes)));
             } else {
                 stream.push(*b"AB\r?".choose(random).unwrap());
             }
@@ -136,11 +136,10 @@ mod tests {
     /// event ends the stream.
     fn agrees<F: reference::NaiveFormat>(name: &str, policy: Policy) {
         let protocol = Protocol::named(name).unwrap();
-        let format = protocol.setpoints.unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut frames = 0;
         for _ in 0..2_000 {
-            let stream = noise(format, &mut random);
+            let stream = noise(&protocol, &mut random);
             let mut expected = Vec::new();
             let pending = reference::whole_buffer::<F>(&stream, |found| expected.push(found));
 

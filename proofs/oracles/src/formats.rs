@@ -139,7 +139,7 @@ impl<'a> Arbitrary<'a> for Step {
     /// * 0: a slice. The next byte is its length.
     /// * 1: a frame. The next byte is the number of bytes from which the frame is made. The first byte divided by 4 is
     ///   the size of the slices.
-    /// * 2: a frame as in case 1, followed by the position and the sort of a fault.
+    /// * 2: a frame as in case 1, followed by the position and the kind of a fault.
     /// * 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;

@@ -27,6 +27,8 @@ mod outcome;
 mod parser;
 mod reader;
 mod stream;
+#[cfg(test)]
+mod wrong_reasons;
 
 pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};

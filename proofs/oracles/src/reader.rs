@@ -142,54 +142,8 @@ fn now<T>(future: impl Future<Output = T>) -> T {
 
 #[cfg(test)]
 mod tests {
-    use framelock::{Found, Parser};
-
     use super::*;
-
-    /// A receiver with a deliberate mistake: it finds every frame, but reports another reason for discarded bytes.
-    #[derive(Default, Debug)]
-    struct WrongReasons(Receiver<Bin>);
-
-    fn wrong<M>(found: Found<M>) -> Found<M> {
-        match found {
-            Found::Discarded { count, .. } => {
-                Found::discarded(count, DiscardReason::ChecksumMismatch)
-            }
-            Found::Frame { .. } => found,
-        }
-    }
-
-    impl Parser for WrongReasons {
-        type Message<'a> = Setpoint;
-
-        fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Setpoint> {
-            self.0.push_with(byte, |found| account(wrong(found)))
-        }
-
-        fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Setpoint>)) {
-            self.0.feed(bytes, |one| found(wrong(one)));
-        }
-
-        fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Setpoint>)) {
-            self.0.line_event(event, found);
-        }
-
-        fn pending(&self) -> usize {
-            self.0.pending()
-        }
-
-        fn reset(&mut self) {
-            self.0.reset();
-        }
-
-        fn next_with(
-            &mut self,
-            bytes: &mut &[u8],
-            mut account: impl FnMut(Found<()>),
-        ) -> Option<Setpoint> {
-            self.0.next_with(bytes, |found| account(wrong(found)))
-        }
-    }
+    use crate::wrong_reasons::WrongReasons;
 
     const NOISE_AND_A_FRAME: &[u8] = b"?AB\0xyz\r";
 

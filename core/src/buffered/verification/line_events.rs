@@ -1,7 +1,7 @@
 //! 13a and 13f: one step of `poll` and one step of a line event, from any state.
 
 use super::{Any, Asked, any_receiver, are_places, fits, for_longest};
-use crate::any_format::any_event;
+use crate::any_format::any_line_event;
 use crate::{Classification, DiscardReason, Found};
 
 /// The step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
@@ -39,7 +39,7 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
         }
     };
     let goes_on = if is_event {
-        receiver.line_event_step(any_event(), &mut take)
+        receiver.line_event_step(any_line_event(), &mut take)
     } else {
         receiver.poll_step(&mut take)
     };
@@ -105,7 +105,7 @@ fn a_byte_is_ended<const L: usize, const N: usize>() {
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to);
     let mut placed = 0;
-    let goes_on = receiver.line_event_step(any_event(), |found| match found {
+    let goes_on = receiver.line_event_step(any_line_event(), |found| match found {
         Found::Frame { length, message } => {
             assert!(message.bytes().len() == length);
             placed += length;
