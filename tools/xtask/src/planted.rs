@@ -66,7 +66,8 @@ impl Test {
         images: Option<&Path>,
     ) -> Result<Outcome> {
         let arguments = |cargo: &mut Command| {
-            cargo.args(["test", "--package", &self.package]);
+            // With all features, as in `cargo xtask verify`. Some tests exist only with a feature.
+            cargo.args(["test", "--all-features", "--package", &self.package]);
             cargo.args(self.target.iter().flat_map(|target| ["--test", target]));
             cargo.env("CARGO_TARGET_DIR", root.join("target"));
             cargo.envs(images.map(|folder| ("FRAMELOCK_IMAGES", folder)));
