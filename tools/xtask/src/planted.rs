@@ -21,7 +21,7 @@ pub(crate) struct Test {
     pub(crate) package: String,
     /// The target of the package that contains the test. Without a target, all targets are built.
     pub(crate) target: Option<String>,
-    /// The test's name, with or without its modules.
+    /// The test's name with all its modules, or without any.
     #[serde(rename = "test")]
     pub(crate) name: String,
 }
@@ -86,6 +86,10 @@ impl Test {
         test.arg(cargo.get_program()).current_dir(root);
         arguments(&mut test);
         test.args(["--", "--include-ignored", &self.name]);
+        // Other tests may have names that begin with this one.
+        if self.name.contains("::") {
+            test.arg("--exact");
+        }
         let output = test.stderr(Stdio::inherit()).output()?;
         Ok(Outcome::of(&output, Some(1)))
     }
