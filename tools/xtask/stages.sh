@@ -197,6 +197,8 @@ generated() {
     tests_of cargo test $everything --test c -- --ignored
 }
 
+slow_proofs() { cargo xtask prove --slow; }
+
 c_proofs() { cargo xtask prove --c; }
 
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }

@@ -8,6 +8,7 @@ mod interface;
 mod kani;
 mod planted;
 mod prove;
+mod slow_proofs;
 mod test_count;
 #[cfg(test)]
 mod tests;

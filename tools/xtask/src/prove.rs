@@ -11,6 +11,7 @@ use framelock_limited::Process;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
+use crate::slow_proofs::SlowProofs;
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
@@ -44,6 +45,11 @@ pub(crate) struct Arguments {
     #[arg(long = "c", conflicts_with_all = ["engine", "list"])]
     of_c: bool,
 
+    /// Check only the slow harnesses, which proofs/slow-harnesses.toml lists. Without this option, they are checked if
+    /// the sources have changed since their last proof
+    #[arg(long, conflicts_with_all = ["harnesses", "of_c", "list"])]
+    slow: bool,
+
     /// Time limit for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u32,
@@ -76,7 +82,25 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
         list(&prover)?;
         return Ok(true);
     }
-    Ok(report(&prover.check(&arguments.harnesses)?))
+    if arguments.of_c || !arguments.harnesses.is_empty() {
+        return Ok(report(&prover.check(&arguments.harnesses)?));
+    }
+    let slow = SlowProofs::load(&prover.root)?;
+    let names = if arguments.slow {
+        slow.harnesses.clone()
+    } else if slow.are_current() {
+        println!("stage note: {}", slow.skipped());
+        let mut names = prover.list()?;
+        names.retain(|name| !slow.contains(name));
+        names
+    } else {
+        Vec::new()
+    };
+    let all_hold = report(&prover.check(&names)?);
+    if all_hold {
+        slow.record()?;
+    }
+    Ok(all_hold)
 }
 
 /// Prints each theorem with the harnesses that it names.
