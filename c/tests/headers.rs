@@ -55,6 +55,7 @@ fn failsafe_and_arduino_library_state_the_version() {
             " of framelock.",
         ),
         ("arduino/library.properties", "version=", ""),
+        ("arduino/library.json", "  \"version\": \"", "\","),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
         let text = fs::read_to_string(&path).unwrap();

@@ -119,6 +119,19 @@ images() (
     done
 )
 
+# Makes the archives for C and for Arduino, which contain the same headers.
+archives() {
+    archives=$target/archives
+    rm -rf "$archives"
+    mkdir -p "$archives"
+    cp -r c/arduino "$archives/framelock"
+    cp -r c/headers "$archives/framelock/src"
+    (cd c; python3 -m zipfile -c "$archives/framelock-c.zip" headers CMakeLists.txt)
+    (cd "$archives"; python3 -m zipfile -c framelock-arduino.zip framelock)
+    rm -r "$archives/framelock"
+    ls "$archives"/*
+}
+
 # Checks the firmware of the sources in a folder.
 check_settings() (
     bare_metal $chip

@@ -32,6 +32,8 @@ enum Task {
     Prove(prove::Arguments),
     Bugs(bugs::Arguments),
     Firmware(firmware::Arguments),
+    /// Make framelock-c.zip and framelock-arduino.zip, in target/archives
+    Archives,
     Emulate(emulate::Arguments),
     Web(web::Arguments),
     #[command(hide = true)]
@@ -60,6 +62,7 @@ fn run(task: &Task) -> Result<bool> {
         Task::Prove(arguments) => return prove::prove(workspace, arguments),
         Task::Bugs(arguments) => bugs::bugs(workspace, arguments)?,
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
+        Task::Archives => workspace::run(&mut workspace.script(&["archives"]))?,
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
         Task::Web(arguments) => web::web(workspace, arguments)?,
         Task::Interface(arguments) => interface::interface(arguments)?,
