@@ -1,20 +1,19 @@
 //! Shows what a receiver does with each byte: the lecture's table, one row per byte.
 
-mod traced;
-
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
-use framelock_receiving::{Policy, Protocol};
+use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
+use crate::frame_writer::FrameWriter;
 use crate::input::{Input, Spelling, for_each_arrival};
 use crate::options::ProtocolParser;
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
-use traced::{Step, Traced, is_bin};
+use crate::view_parts::STATES;
 
 /// Show what a receiver does with each byte: the lecture's table, one row per byte
 #[derive(clap::Args)]
@@ -65,45 +64,45 @@ impl Machines {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
     fn print(self, protocol: &Protocol, input: Input, out: &mut impl Write) -> Result<()> {
-        let mut machines = Vec::new();
-        for &policy in self.policies(protocol) {
-            machines.push(Traced::new(protocol, policy)?);
-        }
-        writeln!(out, "offset  byte{}  what happened", machines[0].columns())?;
+        let policies = self.policies(protocol).iter();
+        let mut machines = policies
+            .map(|&policy| Machine::new(protocol, policy))
+            .collect::<Result<Vec<_>>>()?;
+        let columns = if is_bin(protocol) {
+            BIN_COLUMNS
+        } else {
+            OTHER_COLUMNS
+        };
+        writeln!(out, "offset  byte{columns}  what happened")?;
         out.flush()?;
         for_each_arrival(input, |arrival| {
             for &byte in arrival.bytes() {
-                let steps: Vec<Step> = machines
+                let rows: Vec<Row> = machines
                     .iter_mut()
                     .map(|machine| machine.push(byte))
                     .collect();
-                write_rows(out, &machines, |number, name| {
-                    machines[number].row(&steps[number], name)
-                })?;
+                write_rows(out, &rows)?;
             }
             Ok(out.flush()?)
         })?;
         writeln!(out)?;
-        write_rows(out, &machines, |number, name| {
-            machines[number].balance(name)
-        })?;
+        let rows: Vec<Row> = machines.iter().map(Machine::balance).collect();
+        write_rows(out, &rows)?;
         Ok(out.flush()?)
     }
 }
 
-/// Writes a row for each receiver, or one row for both if the rows are equal. `row` makes the row of a receiver, which
-/// begins with a name.
-fn write_rows(
-    out: &mut impl Write,
-    machines: &[Traced],
-    row: impl Fn(usize, &str) -> String,
-) -> io::Result<()> {
-    if machines.len() == 2 && row(0, "both") == row(1, "both") {
-        return writeln!(out, "{}", row(0, "both"));
+/// Writes a row for each receiver, or one row for both if the rows are equal.
+fn write_rows(out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+    if let [first, second] = rows
+        && first.text("both") == second.text("both")
+    {
+        return writeln!(out, "{}", first.text("both"));
     }
-    let numbered = machines.iter().enumerate();
-    let mut rows = numbered.map(|(number, machine)| row(number, &machine.policy.to_string()));
-    rows.try_for_each(|row| writeln!(out, "{row}"))
+    for row in rows {
+        writeln!(out, "{}", row.text(&row.policy.to_string()))?;
+    }
+    Ok(())
 }
 
 /// The lecture's two worked examples: a title, the bytes sent and the bytes received.
@@ -187,5 +186,281 @@ impl Arguments {
         Ok(Some(
             Input::new("standard input", input).spelled(self.input),
         ))
+    }
+}
+
+/// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
+const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
+
+/// The column of frames other than BIN.
+const OTHER_COLUMNS: &str = "    pending";
+
+/// The separator between events of the same byte. The separator begins a new row for each further event.
+const GOES_ON: &str = "\n                       ";
+
+/// The offset of pitch in a frame; roll and yaw follow.
+const AXES_AT: usize = 3;
+const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
+
+/// Returns whether the frames are BIN, which the lecture's machine receives.
+fn is_bin(protocol: &Protocol) -> bool {
+    protocol.name == "bin"
+}
+
+/// A row of one receiver, with a place for the receiver's name.
+struct Row {
+    policy: Policy,
+    start: String,
+    /// Formats the name.
+    label: fn(&str) -> String,
+    end: String,
+}
+
+impl Row {
+    fn text(&self, name: &str) -> String {
+        format!("{}{}{}", self.start, (self.label)(name), self.end)
+    }
+}
+
+/// A receiver that is traced.
+struct Machine {
+    policy: Policy,
+    frames: FrameWriter,
+    line: TrackedLine,
+    bin: Option<BinColumns>,
+}
+
+/// The lecture's values, which only BIN has. An axis is `None` until it is stored.
+#[derive(Default)]
+struct BinColumns {
+    /// The last stored pitch, roll and yaw.
+    temp: [Option<u8>; 3],
+    /// The setpoint of the last frame.
+    setpoint: [Option<u8>; 3],
+}
+
+impl Machine {
+    fn new(protocol: &Protocol, policy: Policy) -> Result<Self> {
+        Ok(Self {
+            policy,
+            line: TrackedLine::new(AnyLine::new(protocol, policy)?),
+            frames: FrameWriter::new(protocol.clone()),
+            bin: is_bin(protocol).then(BinColumns::default),
+        })
+    }
+
+    /// Takes the next byte, and returns its row. The first line of the row has the columns, and each further line has
+    /// one more event.
+    fn push(&mut self, byte: u8) -> Row {
+        let before = self.line.pending().len();
+        let offset = self.line.decided() + before;
+        let pieces = self.line.push(byte);
+        let pending = self.line.pending();
+        let after = pending.len();
+        let (label, columns, events): (fn(&str) -> String, _, _) = match &mut self.bin {
+            Some(bin) => {
+                bin.store(pending, &pieces);
+                let [before_name, after_name] = [before, after].map(|pending| STATES[pending]);
+                let [temp, setpoint] = [bin.temp, bin.setpoint].map(|axes| joined(axes, " "));
+                (
+                    |name| format!(" {name:<9} "),
+                    format!("{before_name:>2} -> {after_name:<2}  {temp}  {setpoint}"),
+                    bin.events(offset, byte, [before, after], &pieces),
+                )
+            }
+            None => (
+                |_| String::new(),
+                format!("  {after:>7}"),
+                pieces.iter().map(|piece| self.event(piece)).collect(),
+            ),
+        };
+        let events: Vec<String> = events.iter().map(|event| format!("  {event}")).collect();
+        Row {
+            policy: self.policy,
+            start: format!("{offset:>6}  {byte:02X} {:<3}", character(byte)),
+            label,
+            end: columns + &events.join(GOES_ON),
+        }
+    }
+
+    /// Returns the text for a frame or for discarded bytes.
+    fn event(
+        &self,
+        Piece {
+            from,
+            bytes,
+            discarded,
+        }: &Piece,
+    ) -> String {
+        if let Some(why) = discarded {
+            return format!("discarded {} from offset {from}: {why}", hex::glued(bytes));
+        }
+        let mut fields = Vec::new();
+        self.frames.append_text(&mut fields, bytes);
+        let fields = String::from_utf8_lossy(&fields);
+        format!("frame from offset {from}:{fields}")
+    }
+
+    /// Returns the sums that account for every byte.
+    fn balance(&self) -> Row {
+        let counters = self.line.counters();
+        let (bytes, frames) = (counters.bytes, counters.frames);
+        let (discarded, pending) = (&counters.discarded, self.line.pending().len());
+        let total = discarded.total();
+        let (label, end): (fn(&str) -> String, _) = match &self.bin {
+            None => (
+                |_| String::new(),
+                format!(
+                    "{bytes} bytes = {} in {frames} frames + {total} discarded + {pending} pending",
+                    counters.frame_bytes
+                ),
+            ),
+            Some(bin) => {
+                let reasons = [
+                    ("no sync", discarded.no_sync),
+                    ("broken sync", discarded.broken_sync),
+                    ("no CR", discarded.wrong_terminator),
+                ];
+                let counted = reasons.iter().filter(|(_, count)| *count > 0);
+                let reasons: String = counted
+                    .map(|(why, count)| format!("; {why}: {count}"))
+                    .collect();
+                let plural = if bytes == 1 { "" } else { "s" };
+                let end = format!(
+                    "{bytes} byte{plural} = {} x {frames} committed + {total} discarded + {pending} pending\n{:11}SP=({}){reasons}",
+                    STATES.len(),
+                    "",
+                    joined(bin.setpoint, ","),
+                );
+                (|name| format!("{:<11}", format!("{name}:")), end)
+            }
+        };
+        Row {
+            policy: self.policy,
+            start: String::new(),
+            label,
+            end,
+        }
+    }
+}
+
+impl BinColumns {
+    fn store(&mut self, pending: &[u8], pieces: &[Piece]) {
+        for (stored, &new) in self.temp.iter_mut().zip(pending.iter().skip(AXES_AT)) {
+            *stored = Some(new);
+        }
+        let mut frames = pieces.iter().filter(|piece| piece.discarded.is_none());
+        if let Some(frame) = frames.next_back() {
+            self.setpoint = std::array::from_fn(|axis| Some(frame.bytes[AXES_AT + axis]));
+        }
+    }
+
+    /// Returns the effect of a byte in the lecture's words. `before` and `after` are the numbers of pending bytes.
+    fn events(
+        &self,
+        offset: usize,
+        byte: u8,
+        [before, after]: [usize; 2],
+        pieces: &[Piece],
+    ) -> Vec<String> {
+        if pieces.iter().any(|piece| piece.discarded.is_none()) {
+            return vec![format!("SP=({})", joined(self.setpoint, ","))];
+        }
+        let stored = before.checked_sub(AXES_AT).and_then(|axis| AXES.get(axis));
+        let what = match (before, stored) {
+            (0 | 1, _) if after > before => "sync".into(),
+            (0, _) => "no sync: discarded".into(),
+            (1, _) if after == 1 => "sync; the 'A' discarded".into(),
+            (1, _) => "no sync: both discarded".into(),
+            (2, _) => "reserved, not kept".into(),
+            (_, Some(axis)) => format!("temp {axis}={byte:02X}"),
+            (_, None) => {
+                let discarded: usize = pieces.iter().map(|piece| piece.bytes.len()).sum();
+                format!("not CR: {discarded} bytes discarded")
+            }
+        };
+        let is_resynchronised = before + 1 == STATES.len() && after > 0;
+        let goes_on = is_resynchronised.then(|| {
+            let start = if after == 1 { "A" } else { "AB" };
+            let start_offset = offset + 1 - after;
+            format!("resynchronised to the {start} at offset {start_offset}")
+        });
+        [what].into_iter().chain(goes_on).collect()
+    }
+}
+
+/// Returns a byte as text, or an empty text if the byte is not printable.
+fn character(byte: u8) -> String {
+    match byte {
+        b'\r' => "CR".into(),
+        b' '..=b'~' => format!("'{}'", char::from(byte)),
+        _ => String::new(),
+    }
+}
+
+/// Returns three values in hex, with dashes for a value that is not known yet.
+fn joined(axes: [Option<u8>; 3], separator: &str) -> String {
+    axes.map(|axis| axis.map_or_else(|| "--".into(), |value| format!("{value:02X}")))
+        .join(separator)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
+
+    use rand::seq::IndexedRandom;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// The streams contain many starts of frames and many false starts.
+    #[test]
+    fn the_rows_match_the_bytes() {
+        let bin = Protocol::named("bin").unwrap();
+        for policy in [Policy::Lecture, Policy::Framelock] {
+            let (mut starts, mut frames) = ([0; 7], 0);
+            for seed in 0..2_000 {
+                let mut random = ChaCha8Rng::seed_from_u64(seed);
+                let length = random.random_range(0..60);
+                let byte = |_| *b"AABB\r\0x".choose(&mut random).unwrap();
+                let stream: Vec<u8> = (0..length).map(byte).collect();
+                let mut machine = Machine::new(&bin, policy).unwrap();
+                let mut setpoint = "-- -- --".to_owned();
+                for (offset, &byte) in stream.iter().enumerate() {
+                    let row = machine.push(byte).end;
+                    let in_hex = |bytes: &[u8]| {
+                        let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
+                        digits.collect::<Vec<_>>().join(" ")
+                    };
+                    if let Some((_, axes)) = row.split_once("SP=(") {
+                        let frame = &stream[offset - 6..=offset];
+                        assert!(frame.starts_with(b"AB") && frame.ends_with(b"\r"));
+                        setpoint = in_hex(&frame[3..6]);
+                        assert_eq!(axes, setpoint.replace(' ', ",") + ")");
+                        assert!(row.starts_with(&format!("CR -> A   {setpoint}  ")), "{row}");
+                        frames += 1;
+                    } else if let Some((_, at)) = row.split_once("at offset ") {
+                        let start = &stream[at.parse().unwrap()..=offset];
+                        assert!(row.starts_with(&format!("CR -> {:<2}  ", STATES[start.len()])));
+                        assert!(b"AB".starts_with(start) || start.starts_with(b"AB"));
+                        // The machine has already stored values of the incomplete frame.
+                        let stored = start.get(3..).unwrap_or(&[]);
+                        assert!(row[10..].starts_with(&in_hex(stored)), "{row}");
+                        starts[start.len()] += 1;
+                    }
+                    assert_eq!(row[20..28], setpoint);
+                }
+            }
+            assert!(frames > 0);
+            // framelock's receiver may find a new start at any of the five bytes after the AB of a failed frame. The
+            // lecture's machine never does.
+            let may_begin = |count: &i32| (*count > 0) == (policy == Policy::Framelock);
+            assert!(starts[1..=5].iter().all(may_begin), "{starts:?}");
+        }
     }
 }

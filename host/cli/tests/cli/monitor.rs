@@ -33,7 +33,7 @@ fn watching_port(
     // With a long hold time, the view does not become SILENT, however slow the computer is.
     let patient = [port, "--hold-after=1000000", "--ramp-after=1000000"];
     let mut monitor = AtTerminal::monitor(&[&patient, arguments].concat(), "", directory);
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     far_end.write_all(&CLEAN).unwrap();
     monitor.wait_for("LOCKED");
     monitor
@@ -100,7 +100,7 @@ fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
     let before = monitor.wait_for("waiting for port; ");
     assert!(!before.contains(ENTER), "the view comes with the port");
     symlink(port, directory.path().join("port")).unwrap();
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     far_end.write_all(&CLEAN).unwrap();
     monitor.wait_for("LOCKED");
     monitor.type_key("q");
@@ -204,7 +204,7 @@ fn sent_frames_are_watched_over_a_serial_line() {
         (from, to)
     });
     let mut monitor = AtTerminal::monitor(&[&monitor_port], "", directory);
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     let mut sender = framelock(&[
         "send",
         &sender_port,
