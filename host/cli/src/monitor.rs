@@ -23,7 +23,7 @@ use crate::options::{ProtocolParser, whole};
 use crate::output::Output;
 use crate::screen::{self, DRAW_EVERY, Screen, key_within, quits};
 use crate::serial::{Device, PortOptions};
-use watch::Watch;
+use watch::{Connection, Watch};
 
 /// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
 #[derive(clap::Args)]
@@ -138,7 +138,7 @@ impl Arguments {
                     Ok((_, News::Failed(failure))) => return Err(failure),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => {
-                        watch.has_ended = true;
+                        watch.port = Connection::Ended;
                         break;
                     }
                 }

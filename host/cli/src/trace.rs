@@ -322,15 +322,16 @@ impl Machine {
                     ("no CR", discarded.wrong_terminator),
                 ];
                 let counted = reasons.iter().filter(|(_, count)| *count > 0);
-                let reasons: String = counted
+                let reasons: Vec<String> = counted
                     .map(|(why, count)| format!("; {why}: {count}"))
                     .collect();
                 let plural = if bytes == 1 { "" } else { "s" };
                 let end = format!(
-                    "{bytes} byte{plural} = {} x {frames} committed + {total} discarded + {pending} pending\n{:11}SP=({}){reasons}",
+                    "{bytes} byte{plural} = {} x {frames} committed + {total} discarded + {pending} pending\n{:11}SP=({}){}",
                     STATES.len(),
                     "",
                     joined(bin.setpoint, ","),
+                    reasons.concat(),
                 );
                 (|name| format!("{:<11}", format!("{name}:")), end)
             }

@@ -269,7 +269,7 @@ impl Station {
 
     /// Returns the time since the receiver became deaf, or `None` if the receiver is not deaf.
     pub(super) fn deaf_for(&self, now: Duration) -> Option<Duration> {
-        self.deaf_since.map(|since| now - since)
+        self.deaf_since.map(|since| now.saturating_sub(since))
     }
 
     /// Returns the longest time during which the receiver was deaf.
@@ -376,7 +376,7 @@ impl Story {
 fn part_at(time: Duration) -> (&'static Part, u32) {
     let mut begin = Duration::ZERO;
     for part in &STORY {
-        let elapsed = time - begin;
+        let elapsed = time.saturating_sub(begin);
         if elapsed < part.length() {
             let frame = elapsed.as_millis() / FRAME_TIME.as_millis();
             return (part, u32::try_from(frame).expect("the story is short"));

@@ -7,7 +7,7 @@ use ratatui::style::{Color, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::watch::{DISCARDED_LENGTH, Lock, Watch};
+use super::watch::{Connection, DISCARDED_LENGTH, Lock, Watch};
 use crate::view_parts::{BLUE, STATES, VERMILLION, bar, phase_style};
 
 const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
@@ -17,12 +17,13 @@ pub(super) fn draw(frame: &mut Frame, lines: Vec<Line>, is_paused: bool) {
     let rows = [Constraint::Fill(1), Constraint::Length(1)];
     let [view, keys] = Layout::vertical(rows).areas(frame.area());
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }), view);
-    let text = match is_paused {
-        true => Line::from(vec![
+    let text = if is_paused {
+        Line::from(vec![
             " PAUSED ".yellow().reversed(),
             " q quits, space resumes".dim(),
-        ]),
-        false => " q quits, space pauses".dim().into(),
+        ])
+    } else {
+        " q quits, space pauses".dim().into()
     };
     frame.render_widget(text, keys);
 }
@@ -51,7 +52,7 @@ fn state(watch: &Watch) -> [Line<'static>; 3] {
     };
     let age = match watch.framed_at {
         Some(at) => {
-            let age = (watch.now - at).as_secs_f64();
+            let age = watch.now.saturating_sub(at).as_secs_f64();
             format!("last frame {age:.1} s ago")
         }
         None => "no frame yet".to_owned(),
@@ -59,7 +60,7 @@ fn state(watch: &Watch) -> [Line<'static>; 3] {
     let [frames, bytes] = watch.rates;
     let numbers = format!("{frames:>7.1} frames/s {bytes:>8.0} bytes/s   {age}");
     let mut title = vec![" framelock monitor ".bold().reversed()];
-    if watch.has_ended {
+    if watch.port == Connection::Ended {
         title.push(" THE INPUT HAS ENDED ".fg(VERMILLION).reversed());
     }
     title.push(format!(" {}", watch.title).into());
@@ -196,9 +197,7 @@ fn fields(watch: &Watch) -> Vec<Line<'static>> {
         let columns = field.chars().count() / COLUMN + 1;
         let field = format!("{field:<width$}", width = columns * COLUMN);
         match rows.last_mut() {
-            Some(row) if row.chars().count() + columns * COLUMN <= 3 * COLUMN => {
-                row.push_str(&field)
-            }
+            Some(row) if row.chars().count() + columns * COLUMN <= 3 * COLUMN => *row += &field,
             _ => rows.push(field),
         }
     }
@@ -340,7 +339,7 @@ mod tests {
         );
         watch.lose_port(ms(3_030), "unplugged");
         assert_lines(&watch, &["GONE", "UTC: unplugged"]);
-        watch.has_ended = true;
+        watch.port = Connection::Ended;
         watch.advance_to(ms(10_000));
         let silence = [
             "THE INPUT HAS ENDED",

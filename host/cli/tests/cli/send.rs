@@ -174,19 +174,16 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
 #[test]
 fn a_transmission_that_the_line_cannot_carry_does_not_start() {
     let (_far_end, _near_end, port) = line();
-    // Each frame takes 7.29 ms, and a frame is due every millisecond.
-    let times = csv(&[[1; 3]; 60], |row| format!("0.{row:03},"));
     for case in "\
         --motion=step --rate=200 --baud=9600 => 200 frames of 7 bytes in a second need 14000 baud
         --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
         --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
-        --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most
-        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, because the line would still be busy with the rows"
+        --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most"
         .lines()
     {
         let (arguments, told) = case.split_once(" => ").unwrap();
         let arguments = ["send", &port].into_iter().chain(arguments.split_whitespace());
-        let complaint = complaint(run(&arguments.collect::<Vec<_>>(), &times));
+        let complaint = complaint(run(&arguments.collect::<Vec<_>>(), ""));
         assert!(complaint.contains(told), "{case}: {complaint}");
     }
 }
@@ -206,7 +203,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
         (&b"\x01\x02\x03"[..], [1, 2, 3]),
         (b"127,200,74\n", [127, 200, 74]),
         (b"not a setpoint", [127, 200, 74]),
-        (b"AB\0\x0D\x41\x42\r", [0x0D, 0x41, 0x42]),
+        (b"\x0D\x41\x42", [0x0D, 0x41, 0x42]),
     ] {
         socket.send_to(datagram, address).unwrap();
         // The previous frame may be repeated a few times.
@@ -269,22 +266,4 @@ fn a_recording_with_equal_times_is_sent() {
         "{rows}"
     );
     assert_eq!(arrived(&["--no-park"], rows, frames.len()), frames);
-}
-
-/// 40 frames of 130 bytes fit into a second at 115 200 baud, although 40 of the longest UBX frames would not.
-#[test]
-fn a_line_carries_frames_by_their_actual_length() {
-    let rows = format!(
-        "class,id,payload\n{}",
-        format!("1,7,{}\n", "00".repeat(122)).repeat(4)
-    );
-    let frames = written(&["encode", "--frame=ubx"], &rows);
-    assert_eq!(
-        arrived(
-            &["--frame=ubx", "--rate=40", "--baud=115200",],
-            rows,
-            frames.len()
-        ),
-        frames
-    );
 }
