@@ -45,10 +45,6 @@ pub(crate) struct Arguments {
     /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
-    /// After a pause of this length, drop the incomplete frame. Off by default, because USB adapters send
-    /// in bursts, so a frame may contain pauses
-    #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
-    idle_gap: Option<u64>,
     /// After a silence of this length, the failsafe holds its output
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
     hold_after: u32,
@@ -61,15 +57,13 @@ pub(crate) struct Arguments {
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let line = AnyLine::new(&arguments.frame, arguments.policy).map_err(Error::msg)?;
-    let idle_gap = arguments.idle_gap.map(Duration::from_millis);
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,
         ..FailsafeParameters::for_clock(watch::TICKS_PER_SECOND, watch::TICK, LEVEL.into())
     };
     let frame = FrameWriter::new(arguments.frame.clone());
-    let mut watch =
-        Watch::new(frame, line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
+    let mut watch = Watch::new(frame, line, failsafe).context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;

@@ -23,10 +23,11 @@ pub(crate) struct Arguments {
     /// Without an argument, trace the bytes of a pipe, or else the lecture's two worked examples
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
-    /// Receive with lecture (the lecture's machine, which discards a broken frame), framelock (searches
-    /// it again), or both, in one row where they do the same
-    #[arg(long, value_enum, default_value_t = Machines::Both, hide_possible_values = true)]
-    policy: Machines,
+    /// Receive with lecture (the lecture's machine, which discards a broken frame) or framelock (which
+    /// searches it again)
+    /// [default: both, in one row where they do the same]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    policy: Option<Policy>,
     /// Receive these frames: a name, or a description file [default: bin]. For frames other than bin, a
     /// row shows the number of pending bytes, the frames with their fields, and the discarded bytes
     /// with the reason
@@ -39,68 +40,83 @@ pub(crate) struct Arguments {
     port: PortOptions,
 }
 
-/// The receivers whose steps are shown.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-enum Machines {
-    /// The lecture's machine, which discards a broken frame
-    Lecture,
-    /// framelock's receiver, which searches a broken frame for the start of the next frame
-    Framelock,
-    /// Both receivers
-    Both,
-}
-
-impl Machines {
-    /// Returns the policies of the receivers. The lecture's machine receives only BIN, so for all other
-    /// frames `Both` means framelock alone.
-    fn policies(self, protocol: &Protocol) -> &'static [Policy] {
-        match self {
-            Self::Lecture => &[Policy::Lecture],
-            Self::Both if is_bin(protocol) => &[Policy::Lecture, Policy::Framelock],
-            Self::Both | Self::Framelock => &[Policy::Framelock],
-        }
-    }
-
+impl Arguments {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
-    fn print(self, protocol: &Protocol, input: Input, out: &mut impl Write) -> Result<()> {
-        let policies = self.policies(protocol).iter();
-        let mut machines = policies
-            .map(|&policy| Machine::new(protocol, policy))
-            .collect::<Result<Vec<_>>>()?;
-        let columns = if is_bin(protocol) {
-            BIN_COLUMNS
-        } else {
-            OTHER_COLUMNS
+    fn print(&self, input: Input, out: &mut impl Write) -> Result<()> {
+        let is_bin = is_bin(&self.frame);
+        // The lecture's machine receives only BIN.
+        let policies = match self.policy {
+            Some(policy) => vec![policy],
+            None if is_bin => vec![Policy::Lecture, Policy::Framelock],
+            None => vec![Policy::Framelock],
         };
+        let machines = policies
+            .iter()
+            .map(|&policy| Machine::new(&self.frame, policy));
+        let mut machines = machines.collect::<Result<Vec<_>>>()?;
+        let columns = if is_bin { BIN_COLUMNS } else { OTHER_COLUMNS };
         writeln!(out, "offset  byte{columns}  what happened")?;
         out.flush()?;
         for_each_arrival(input, |arrival| {
             for &byte in arrival.bytes() {
-                let rows: Vec<Row> = machines
-                    .iter_mut()
-                    .map(|machine| machine.push(byte))
-                    .collect();
-                write_rows(out, &rows)?;
+                let rows = machines.iter_mut().map(|machine| machine.push(byte));
+                let rows: Vec<_> = rows.collect();
+                write_rows(out, &policies, &rows, |[start, end], name| {
+                    let label = if is_bin {
+                        format!(" {name:<9} ")
+                    } else {
+                        String::new()
+                    };
+                    format!("{start}{label}{end}")
+                })?;
             }
             Ok(out.flush()?)
         })?;
         writeln!(out)?;
-        let rows: Vec<Row> = machines.iter().map(Machine::balance).collect();
-        write_rows(out, &rows)?;
+        let rows: Vec<String> = machines.iter().map(Machine::balance).collect();
+        write_rows(out, &policies, &rows, |row, name| {
+            let label = if is_bin {
+                format!("{name}:")
+            } else {
+                String::new()
+            };
+            let width = if is_bin { 11 } else { 0 };
+            format!("{label:<width$}{row}")
+        })?;
         Ok(out.flush()?)
+    }
+
+    /// Returns standard input if bytes are piped in.
+    fn piped(&self) -> Result<Option<Input<'static>>> {
+        if io::stdin().is_terminal() {
+            return Ok(None);
+        }
+        let mut input = BufReader::new(Input::open(Path::new("-"), &PortOptions::default())?);
+        if input.fill_buf()?.is_empty() {
+            return Ok(None);
+        }
+        self.port.check_none("standard input")?;
+        Ok(Some(
+            Input::new("standard input", input).spelled(self.input),
+        ))
     }
 }
 
-/// Writes a row for each receiver, or one row for both if the rows are equal.
-fn write_rows(out: &mut impl Write, rows: &[Row]) -> io::Result<()> {
+/// Writes a row for each receiver, or one row for both if the rows are equal. `named` adds the receiver's name.
+fn write_rows<R: PartialEq>(
+    out: &mut impl Write,
+    policies: &[Policy],
+    rows: &[R],
+    named: impl Fn(&R, &str) -> String,
+) -> io::Result<()> {
     if let [first, second] = rows
-        && first.text("both") == second.text("both")
+        && first == second
     {
-        return writeln!(out, "{}", first.text("both"));
+        return writeln!(out, "{}", named(first, "both"));
     }
-    for row in rows {
-        writeln!(out, "{}", row.text(&row.policy.to_string()))?;
+    for (row, policy) in rows.iter().zip(policies) {
+        writeln!(out, "{}", named(row, &policy.to_string()))?;
     }
     Ok(())
 }
@@ -122,10 +138,9 @@ const EXAMPLES: [[&str; 3]; 2] = [
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut out = BufWriter::new(Output::standard()?.of_rows());
-    let (frame, machines) = (&arguments.frame, arguments.policy);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
-        machines.print(frame, input, &mut out)
+        arguments.print(input, &mut out)
     };
     match (hex::parse(&arguments.source), &*arguments.source) {
         (_, []) => {
@@ -172,23 +187,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-impl Arguments {
-    /// Returns standard input if bytes are piped in.
-    fn piped(&self) -> Result<Option<Input<'static>>> {
-        if io::stdin().is_terminal() {
-            return Ok(None);
-        }
-        let mut input = BufReader::new(Input::open(Path::new("-"), &PortOptions::default())?);
-        if input.fill_buf()?.is_empty() {
-            return Ok(None);
-        }
-        self.port.check_none("standard input")?;
-        Ok(Some(
-            Input::new("standard input", input).spelled(self.input),
-        ))
-    }
-}
-
 /// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
 const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 
@@ -207,24 +205,8 @@ fn is_bin(protocol: &Protocol) -> bool {
     protocol.name == "bin"
 }
 
-/// A row of one receiver, with a place for the receiver's name.
-struct Row {
-    policy: Policy,
-    start: String,
-    /// Formats the name.
-    label: fn(&str) -> String,
-    end: String,
-}
-
-impl Row {
-    fn text(&self, name: &str) -> String {
-        format!("{}{}{}", self.start, (self.label)(name), self.end)
-    }
-}
-
 /// A receiver that is traced.
 struct Machine {
-    policy: Policy,
     frames: FrameWriter,
     line: TrackedLine,
     bin: Option<BinColumns>,
@@ -242,45 +224,33 @@ struct BinColumns {
 impl Machine {
     fn new(protocol: &Protocol, policy: Policy) -> Result<Self> {
         Ok(Self {
-            policy,
             line: TrackedLine::new(AnyLine::new(protocol, policy)?),
             frames: FrameWriter::new(protocol.clone()),
             bin: is_bin(protocol).then(BinColumns::default),
         })
     }
 
-    /// Takes the next byte, and returns its row. The first line of the row has the columns, and each further line has
-    /// one more event.
-    fn push(&mut self, byte: u8) -> Row {
+    /// Takes the next byte, and returns its row in two parts: the byte, and its effect. The first line of the second
+    /// part has the columns, and each further line has one more event.
+    fn push(&mut self, byte: u8) -> [String; 2] {
         let before = self.line.pending().len();
         let offset = self.line.decided() + before;
         let pieces = self.line.push(byte);
         let pending = self.line.pending();
         let after = pending.len();
-        let (label, columns, events): (fn(&str) -> String, _, _) = match &mut self.bin {
-            Some(bin) => {
-                bin.store(pending, &pieces);
-                let [before_name, after_name] = [before, after].map(|pending| STATES[pending]);
-                let [temp, setpoint] = [bin.temp, bin.setpoint].map(|axes| joined(axes, " "));
-                (
-                    |name| format!(" {name:<9} "),
-                    format!("{before_name:>2} -> {after_name:<2}  {temp}  {setpoint}"),
-                    bin.events(offset, byte, [before, after], &pieces),
-                )
-            }
-            None => (
-                |_| String::new(),
-                format!("  {after:>7}"),
-                pieces.iter().map(|piece| self.event(piece)).collect(),
-            ),
+        let (columns, events) = if let Some(bin) = &mut self.bin {
+            bin.store(pending, &pieces);
+            let [state, next] = [before, after].map(|pending| STATES[pending]);
+            let [temp, setpoint] = [bin.temp, bin.setpoint].map(|axes| joined(axes, " "));
+            let columns = format!("{state:>2} -> {next:<2}  {temp}  {setpoint}");
+            (columns, bin.events(offset, byte, [before, after], &pieces))
+        } else {
+            let events = pieces.iter().map(|piece| self.event(piece));
+            (format!("  {after:>7}"), events.collect())
         };
         let events: Vec<String> = events.iter().map(|event| format!("  {event}")).collect();
-        Row {
-            policy: self.policy,
-            start: format!("{offset:>6}  {byte:02X} {:<3}", character(byte)),
-            label,
-            end: columns + &events.join(GOES_ON),
-        }
+        let start = format!("{offset:>6}  {byte:02X} {:<3}", character(byte));
+        [start, columns + &events.join(GOES_ON)]
     }
 
     /// Returns the text for a frame or for discarded bytes.
@@ -302,46 +272,32 @@ impl Machine {
     }
 
     /// Returns the sums that account for every byte.
-    fn balance(&self) -> Row {
+    fn balance(&self) -> String {
         let counters = self.line.counters();
         let (bytes, frames) = (counters.bytes, counters.frames);
         let (discarded, pending) = (&counters.discarded, self.line.pending().len());
-        let total = discarded.total();
-        let (label, end): (fn(&str) -> String, _) = match &self.bin {
-            None => (
-                |_| String::new(),
-                format!(
-                    "{bytes} bytes = {} in {frames} frames + {total} discarded + {pending} pending",
-                    counters.frame_bytes
-                ),
-            ),
-            Some(bin) => {
-                let reasons = [
-                    ("no sync", discarded.no_sync),
-                    ("broken sync", discarded.broken_sync),
-                    ("no CR", discarded.wrong_terminator),
-                ];
-                let counted = reasons.iter().filter(|(_, count)| *count > 0);
-                let reasons: Vec<String> = counted
-                    .map(|(why, count)| format!("; {why}: {count}"))
-                    .collect();
-                let plural = if bytes == 1 { "" } else { "s" };
-                let end = format!(
-                    "{bytes} byte{plural} = {} x {frames} committed + {total} discarded + {pending} pending\n{:11}SP=({}){}",
-                    STATES.len(),
-                    "",
-                    joined(bin.setpoint, ","),
-                    reasons.concat(),
-                );
-                (|name| format!("{:<11}", format!("{name}:")), end)
-            }
+        let rest = format!("{} discarded + {pending} pending", discarded.total());
+        let Some(bin) = &self.bin else {
+            let frame_bytes = counters.frame_bytes;
+            return format!("{bytes} bytes = {frame_bytes} in {frames} frames + {rest}");
         };
-        Row {
-            policy: self.policy,
-            start: String::new(),
-            label,
-            end,
-        }
+        let plural = if bytes == 1 { "" } else { "s" };
+        let setpoint = joined(bin.setpoint, ",");
+        let reasons = [
+            ("no sync", discarded.no_sync),
+            ("broken sync", discarded.broken_sync),
+            ("no CR", discarded.wrong_terminator),
+        ];
+        let counted = reasons.iter().filter(|(_, count)| *count > 0);
+        let reasons: Vec<String> = counted
+            .map(|(why, count)| format!("; {why}: {count}"))
+            .collect();
+        format!(
+            "{bytes} byte{plural} = {} x {frames} committed + {rest}\n{:11}SP=({setpoint}){}",
+            STATES.len(),
+            "",
+            reasons.concat()
+        )
     }
 }
 
@@ -433,7 +389,7 @@ mod tests {
                 let mut machine = Machine::new(&bin, policy).unwrap();
                 let mut setpoint = "-- -- --".to_owned();
                 for (offset, &byte) in stream.iter().enumerate() {
-                    let row = machine.push(byte).end;
+                    let [_, row] = machine.push(byte);
                     let in_hex = |bytes: &[u8]| {
                         let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
                         digits.collect::<Vec<_>>().join(" ")

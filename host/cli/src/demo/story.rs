@@ -31,43 +31,14 @@ pub(super) struct Part {
     /// A few plain sentences, in at most four lines of at most 78 columns.
     pub(super) text: &'static str,
     frames: u32,
-    sender: Sender,
+    /// Returns the setpoint that the PC sends at this time of the story.
+    setpoint: fn(Duration) -> Option<Setpoint>,
     faults: &'static [Fault],
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Sender {
-    /// Repeats [`STILL`].
-    StandsStill,
-    Moves,
-    IsSilent,
-}
-
-/// A byte that the line loses or changes.
-struct Fault {
-    /// The number of the frame in its part.
-    frame: u32,
-    /// The byte's index in its frame.
-    place: usize,
-    /// The bits that the line inverts, or `None` if it loses the byte.
-    inverted: Option<u8>,
-}
-
-const fn lost(frame: u32, place: usize) -> Fault {
-    Fault {
-        frame,
-        place,
-        inverted: None,
-    }
-}
-
-const fn inverted(frame: u32, place: usize, bits: u8) -> Fault {
-    Fault {
-        frame,
-        place,
-        inverted: Some(bits),
-    }
-}
+/// A byte that the line loses or changes: the number of the frame in its part, the byte's index in this frame, and the
+/// bits that the line inverts, or `None` if it loses the byte.
+type Fault = (u32, usize, Option<u8>);
 
 /// The setpoint at which the seat stands still. Its frame is `41 42 00 41 42 00 0D`, so the payload contains the sync
 /// bytes.
@@ -86,7 +57,7 @@ pub(super) const STORY: [Part; 5] = [
                The seat stands still, so one frame repeats. By chance its position holds the\n\
                bytes AB, which also start a frame.",
         frames: 20,
-        sender: Sender::StandsStill,
+        setpoint: |_| Some(STILL),
         faults: &[],
     },
     Part {
@@ -96,8 +67,8 @@ pub(super) const STORY: [Part; 5] = [
                starts over. The line is fine again, but this receiver is deaf: its failsafe\n\
                parks the seat. framelock looks at the bytes again, and hears the next frame.",
         frames: 60,
-        sender: Sender::StandsStill,
-        faults: &[lost(0, 0)],
+        setpoint: |_| Some(STILL),
+        faults: &[(0, 0, None)],
     },
     Part {
         heading: "A BAD LINE",
@@ -106,15 +77,15 @@ pub(super) const STORY: [Part; 5] = [
                the byte was in; the lecture's machine often misses the next one as well.\n\
                Without a checksum, no receiver notices an inverted bit in a position.",
         frames: 50,
-        sender: Sender::Moves,
+        setpoint: |time| Some(moving(time)),
         faults: &[
-            lost(4, 2),
-            lost(11, 6),
-            inverted(18, 4, 0x20),
-            lost(25, 5),
-            inverted(32, 6, 0x01),
-            lost(39, 3),
-            lost(46, 0),
+            (4, 2, None),
+            (11, 6, None),
+            (18, 4, Some(0x20)),
+            (25, 5, None),
+            (32, 6, Some(0x01)),
+            (39, 3, None),
+            (46, 0, None),
         ],
     },
     Part {
@@ -123,7 +94,7 @@ pub(super) const STORY: [Part; 5] = [
                framelock's failsafe: it holds the seat in its place, then moves it slowly to\n\
                the middle and parks it there.",
         frames: 40,
-        sender: Sender::IsSilent,
+        setpoint: |_| None,
         faults: &[],
     },
     Part {
@@ -131,8 +102,8 @@ pub(super) const STORY: [Part; 5] = [
         text: "Frames arrive again. The failsafe moves the seat slowly to the position that\n\
                the PC sends, then lets it follow.",
         frames: 30,
-        sender: Sender::Moves,
-        faults: &[lost(8, 4), lost(15, 6)],
+        setpoint: |time| Some(moving(time)),
+        faults: &[(8, 4, None), (15, 6, None)],
     },
 ];
 
@@ -144,30 +115,28 @@ impl Part {
         FRAME_TIME.saturating_mul(self.frames)
     }
 
-    /// Returns the setpoint that the PC sends at this time of the story.
-    fn setpoint(&self, time: Duration) -> Option<Setpoint> {
-        let motion = Motion {
-            shape: Shape::FigureOfEight,
-            amplitude: 80,
-            period: 4.0,
-            frequencies: [1.0; 2],
-            axes: vec![Axis::Pitch, Axis::Roll],
-        };
-        match self.sender {
-            Sender::StandsStill => Some(STILL),
-            Sender::Moves => Some(motion.at(time)),
-            Sender::IsSilent => None,
-        }
-    }
-
     /// Returns the bytes of a frame as they arrive; `None` for a byte that the line loses.
     fn carry(&self, frame: u32, sent: [u8; 7]) -> [Option<u8>; 7] {
         let mut received = sent.map(Some);
-        for fault in self.faults.iter().filter(|fault| fault.frame == frame) {
-            received[fault.place] = fault.inverted.map(|bits| sent[fault.place] ^ bits);
+        for &(faulty, place, inverted) in self.faults {
+            if faulty == frame {
+                received[place] = inverted.map(|bits| sent[place] ^ bits);
+            }
         }
         received
     }
+}
+
+/// Returns the setpoint of a moving seat.
+fn moving(time: Duration) -> Setpoint {
+    let motion = Motion {
+        shape: Shape::FigureOfEight,
+        amplitude: 80,
+        period: 4.0,
+        frequencies: [1.0; 2],
+        axes: vec![Axis::Pitch, Axis::Roll],
+    };
+    motion.at(time)
 }
 
 /// The outcome of a sent frame at a receiver.
@@ -329,7 +298,7 @@ impl Story {
     /// Sends the frame that is due now, unless the PC is silent.
     fn send_frame(&mut self) {
         let (part, frame) = part_at(self.time);
-        let Some(setpoint) = part.setpoint(self.time) else {
+        let Some(setpoint) = (part.setpoint)(self.time) else {
             let stations = self.stations.iter_mut();
             return stations.for_each(|station| station.record(self.time, None));
         };
@@ -412,7 +381,7 @@ mod tests {
         for part in &STORY {
             let mut lines = part.text.lines();
             assert!(lines.all(|line| line.len() <= 78) && part.text.lines().count() <= 4);
-            assert!(part.faults.iter().all(|fault| fault.frame < part.frames));
+            assert!(part.faults.iter().all(|(frame, ..)| *frame < part.frames));
         }
     }
 

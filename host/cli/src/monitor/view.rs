@@ -71,69 +71,50 @@ fn state(watch: &Watch) -> [Line<'static>; 3] {
     ]
 }
 
-/// Returns a name and a count. Emphasises a count of faults if it is not zero.
-fn fault_count(name: &str, count: u32) -> [Span<'static>; 2] {
-    let number = Span::from(format!("{count}   "));
-    let number = if count > 0 {
-        number.fg(Color::Yellow).bold()
-    } else {
-        number
-    };
-    [format!("{name} ").into(), number]
-}
-
+/// Returns lines with the counters, and the last note. Lines with faults are emphasised.
 fn counters(watch: &Watch) -> Vec<Line<'static>> {
     let counters = watch.line.counters();
     let (discarded, events) = (&counters.discarded, &counters.events);
-    let faults = |heading: &'static str, counts: &[(&str, u32)]| {
-        let counts = counts
-            .iter()
-            .flat_map(|(name, count)| fault_count(name, *count));
-        std::iter::once(Span::from(heading))
-            .chain(counts)
-            .collect::<Line>()
+    let emphasised = |text: String, count: u32| {
+        let color = if count > 0 {
+            Color::Yellow
+        } else {
+            Color::Reset
+        };
+        Line::from(text).fg(color)
     };
     let mut lines = vec![
         format!(
-            "bytes {}   frames {}   pending {}   resynchronised {}   idle gaps {}",
+            "bytes {}   frames {}   pending {}   resynchronised {}",
             counters.bytes,
             counters.frames,
             watch.line.pending().len(),
-            counters.resynchronisations,
-            events.idle
+            counters.resynchronisations
         )
         .into(),
-        faults(
-            "",
-            &[
-                ("discarded", discarded.total()),
-                ("no sync", discarded.no_sync),
-                ("broken sync", discarded.broken_sync),
-                ("line", discarded.line_event),
-            ],
-        ),
-        faults(
-            "  ",
-            &[
-                ("bad header", discarded.bad_header),
-                ("too long", discarded.too_long),
-                ("unknown", discarded.unknown_message),
-                ("terminator", discarded.wrong_terminator),
-                ("checksum", discarded.checksum_mismatch),
-            ],
-        ),
-        match watch.marks {
-            Some(_) => faults(
-                "line errors: ",
-                &[
-                    ("framing", events.framing),
-                    ("parity", events.parity),
-                    ("break", events.line_break),
-                ],
-            ),
-            None => "line errors: this input reports none".dim().into(),
-        },
     ];
+    let total = discarded.total();
+    let first = format!(
+        "discarded {total}   no sync {}   broken sync {}   line {}",
+        discarded.no_sync, discarded.broken_sync, discarded.line_event
+    );
+    let second = format!(
+        "  bad header {}   too long {}   unknown {}   terminator {}   checksum {}",
+        discarded.bad_header,
+        discarded.too_long,
+        discarded.unknown_message,
+        discarded.wrong_terminator,
+        discarded.checksum_mismatch
+    );
+    lines.extend([first, second].map(|text| emphasised(text, total)));
+    let (framing, parity, line_break) = (events.framing, events.parity, events.line_break);
+    lines.push(match watch.marks {
+        Some(_) => emphasised(
+            format!("line errors: framing {framing}   parity {parity}   break {line_break}"),
+            framing + parity + line_break,
+        ),
+        None => "line errors: this input reports none".dim().into(),
+    });
     let note = watch.notes.last();
     lines.extend(note.map(|note| note.clone().yellow().into()));
     lines
@@ -216,7 +197,7 @@ mod tests {
     /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
     /// four bytes of a frame.
     fn watched() -> Watch {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         watch.marks = Some(Marks::new(false));
         for frame in 0..150_u8 {
             let bytes = [b'A', b'B', 0, frame, 0x40, 0xC0, b'\r'];
@@ -246,7 +227,7 @@ mod tests {
             " framelock monitor  /dev/ttyACM0, 115200 baud, bin, framelock",
             " SEARCHING   50.0 frames/s      357 bytes/s   last frame 0.0 s ago",
             "",
-            "bytes 1057   frames 150   pending 4   resynchronised 0   idle gaps 0",
+            "bytes 1057   frames 150   pending 4   resynchronised 0",
             "discarded 3   no sync 2   broken sync 1   line 0",
             "  bad header 0   too long 0   unknown 0   terminator 0   checksum 0",
             "line errors: framing 0   parity 0   break 0",
@@ -288,7 +269,7 @@ mod tests {
 
     #[test]
     fn described_frames_are_shown_with_their_fields() {
-        let mut watch = watch("sbus", None);
+        let mut watch = watch("sbus");
         watch.marks = Some(Marks::new(false));
         for frame in 0..200 {
             watch.receive(ms(10 + 14 * frame), &SBUS);
@@ -316,7 +297,7 @@ mod tests {
     #[test]
     fn faults_and_the_end_of_the_input_are_shown() {
         assert_lines(
-            &watch("bin", None),
+            &watch("bin"),
             &[
                 "SILENT",
                 "no frame yet",
@@ -354,7 +335,7 @@ mod tests {
     #[test]
     fn the_view_says_why_the_platform_does_not_follow() {
         // A sender of five frames per second.
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         for frame in 0..20 {
             watch.receive(ms(10 + 200 * frame), FRAME);
         }

@@ -74,8 +74,6 @@ pub(super) struct Watch {
     is_searching: bool,
     heard_at: Option<Duration>,
     silent_after: Duration,
-    idle_gap: Option<Duration>,
-    is_idle: bool,
     /// The decoder of marks among the bytes, if the port reports line errors.
     pub(super) marks: Option<Marks>,
     /// Makes the port mark line errors, and restores the port's settings when dropped.
@@ -87,12 +85,10 @@ pub(super) struct Watch {
 
 impl Watch {
     /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
-    /// A pause of more than `idle_gap` between bytes is reported to the receiver.
     pub(super) fn new(
         frame: FrameWriter,
         line: AnyLine,
         parameters: FailsafeParameters<u8, 3>,
-        idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
         let silent_after = parameters.hold_after.max(TICKS_PER_SECOND);
         let mut failsafe = Failsafe::new(parameters, 0)?;
@@ -116,8 +112,6 @@ impl Watch {
             is_searching: true,
             heard_at: None,
             silent_after: Duration::from_micros(silent_after.into()),
-            idle_gap,
-            is_idle: true,
             marks: None,
             marking: None,
             notes: Vec::new(),
@@ -128,12 +122,6 @@ impl Watch {
     /// Advances to `time`. Ignores a `time` that is earlier than the time reached so far.
     pub(super) fn advance_to(&mut self, time: Duration) {
         self.now = time.max(self.now);
-        let ends_gap = |gap| self.heard_at.is_some_and(|last| self.now > last + gap);
-        if !self.is_idle && self.idle_gap.is_some_and(ends_gap) {
-            self.is_idle = true;
-            let pieces = self.line.line_event(LineEvent::Idle);
-            self.record(pieces);
-        }
         let counters = *self.line.counters();
         let elapsed = self.now.saturating_sub(self.rates_at);
         if elapsed >= RATES_EVERY {
@@ -179,7 +167,6 @@ impl Watch {
     fn byte(&mut self, at: Duration, byte: u8) {
         self.advance_to(at);
         self.heard_at = Some(self.now);
-        self.is_idle = false;
         let pieces = self.line.push(byte);
         self.record(pieces);
     }
@@ -293,12 +280,12 @@ pub(super) mod tests {
         Duration::from_millis(milliseconds)
     }
 
-    pub(in super::super) fn watch(name: &str, idle_gap: Option<Duration>) -> Watch {
+    pub(in super::super) fn watch(name: &str) -> Watch {
         let park = framelock_simulation::LEVEL.into();
         let parameters = FailsafeParameters::for_clock(TICKS_PER_SECOND, TICK, park);
         let frame = Protocol::named(name).unwrap();
         let line = AnyLine::new(&frame, Policy::Framelock).unwrap();
-        let mut watch = Watch::new(FrameWriter::new(frame), line, parameters, idle_gap).unwrap();
+        let mut watch = Watch::new(FrameWriter::new(frame), line, parameters).unwrap();
         watch.title = format!("/dev/ttyACM0, 115200 baud, {name}, framelock");
         watch
     }
@@ -313,7 +300,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_discarded_bytes_are_kept_and_the_report_counts_them() {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         watch.receive(ms(1), b"??");
         watch.receive(ms(1), FRAME);
         watch.receive(ms(1), b"A!");
@@ -336,7 +323,7 @@ pub(super) mod tests {
 
     #[test]
     fn marks_are_line_errors_and_not_data() {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         watch.marks = Some(Marks::new(false));
         // The bytes are a frame in which FF is doubled, then a byte with an error, then a break. The bytes arrive in two
         // pieces, which are cut within the doubled FF.
@@ -351,7 +338,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_lock_is_found_lost_and_silent() {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         assert_eq!(watch.lock(), Lock::Silent);
         for (at, bytes, lock) in [
             (10, &b"AB\0"[..], Lock::Searching),
@@ -379,7 +366,7 @@ pub(super) mod tests {
     /// The failsafe's clock of microseconds wraps after 71.6 minutes.
     #[test]
     fn the_failsafe_follows_holds_and_parks_at_once_and_after_hours() {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         assert_eq!(watch.output.phase, Phase::Parked);
         for start in [0, 3 * 3_600_000] {
             for frame in 1..=100 {
@@ -407,42 +394,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_idle_gap_drops_the_incomplete_frame_if_the_option_is_given() {
-        for (gap, frames, dropped) in [
-            (None, 1, ""),
-            (Some(ms(5)), 0, "|AB\\x00\\x01\\x02\\x03\\r"),
-        ] {
-            let mut watch = watch("bin", gap);
-            watch.receive(ms(10), b"AB\0\x01");
-            watch.receive(ms(15), b"\x02");
-            watch.advance_to(ms(20));
-            watch.receive(ms(21), b"\x03\r");
-            // A long gap is counted once.
-            watch.advance_to(ms(500));
-            watch.advance_to(ms(900));
-            let counters = watch.line.counters();
-            assert_eq!(counters.frames, frames);
-            assert_eq!(counters.events.idle, 2 * (1 - frames));
-            assert_eq!(counters.discarded.line_event, 5 * (1 - frames));
-            assert_eq!(discarded(&watch), dropped);
-        }
-    }
-
-    #[test]
-    fn an_idle_gap_delivers_the_frame_after_a_false_start() {
-        let frame = [0xC8, 0x02, 0x14, 0xAC];
-        let mut watch = watch("crsf", Some(ms(5)));
-        watch.receive(ms(10), &[&[0xC8, 0x3E], &frame[..]].concat());
-        assert_eq!((watch.last.len(), watch.line.pending().len()), (0, 6));
-        watch.advance_to(ms(16));
-        assert_eq!(watch.last, frame);
-        assert_eq!(discarded(&watch), "|\\xc8>");
-        assert!(watch.line.pending().is_empty());
-    }
-
-    #[test]
     fn rates_cover_a_second() {
-        let mut watch = watch("bin", None);
+        let mut watch = watch("bin");
         for frame in 0..150 {
             watch.receive(ms(10 + 20 * frame), FRAME);
         }
