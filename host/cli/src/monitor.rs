@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let line = AnyLine::new(&arguments.frame, arguments.policy).map_err(Error::msg)?;
+    let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
 use std::path::Path;
 
-use anyhow::{Error, Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
@@ -24,8 +24,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
     /// Receive with lecture (the lecture's machine, which discards a broken frame) or framelock (which
-    /// searches it again)
-    /// [default: both, in one row where they do the same]
+    /// searches it again) [default: both, in one row where they do the same]
     #[arg(long, value_enum, hide_possible_values = true)]
     policy: Option<Policy>,
     /// Receive these frames: a name, or a description file [default: bin]. For frames other than bin, a
@@ -158,7 +157,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 let space = "\n\n".repeat(number);
                 let heading =
                     format!("{space}{title}\n\n  sent      {sent}\n  received  {received}\n\n");
-                let bytes = hex::parse(&[received.replace("--", "")]).map_err(Error::msg)?;
+                let bytes = hex::parse(&[received.replace("--", "")])?;
                 print(&heading, Input::new("", Cursor::new(bytes)))?;
             }
             Ok(())

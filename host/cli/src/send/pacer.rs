@@ -148,7 +148,7 @@ pub(super) mod tests {
                 return false;
             }
             self.waits.push(time);
-            self.now = self.now.max(time) + self.late.pop_front().unwrap_or_default();
+            self.now = self.now.max(time) + self.late.pop_front().unwrap_or(Duration::ZERO);
             true
         }
     }
