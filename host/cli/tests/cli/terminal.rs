@@ -101,8 +101,11 @@ fn errors_quote_the_input_without_its_control_characters() {
         ),
         (&["decode", "no\x1B[2J"], ""),
     ] {
-        let told = complaint(run(arguments, input));
-        let told = told.strip_prefix("framelock: ").unwrap();
-        assert!(is_harmless(told) && told.contains('\\'), "{told:?}");
+        let message = complaint(run(arguments, input));
+        let message = message.strip_prefix("framelock: ").unwrap();
+        assert!(
+            is_harmless(message) && message.contains('\\'),
+            "{message:?}"
+        );
     }
 }
