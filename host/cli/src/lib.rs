@@ -78,7 +78,7 @@ pub fn run() -> ExitCode {
     let outcome = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
-        Command::Decode(arguments) => decode::run(&arguments),
+        Command::Decode(arguments) => decode::run(arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Send(arguments) => send::run(&arguments),
         Command::Encode(arguments) => encode::run(&arguments),

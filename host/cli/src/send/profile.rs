@@ -8,7 +8,7 @@ use framelock_receiving::Protocol;
 use super::pacer::{MOST_MADE_UP, Rate};
 use super::transmission::Source;
 use crate::input::Input;
-use crate::rows::{InputFormat, Row, rows};
+use crate::rows::{Row, rows};
 
 /// One or more frames and, if the file has times, the due time of each frame, counted from the first frame.
 pub(super) struct Profile {
@@ -20,7 +20,7 @@ impl Profile {
     /// Reads `input` to its end, so that no frame of an invalid profile is sent.
     pub(super) fn read(input: Input, frame: &Protocol) -> Result<Self> {
         let name = input.name.clone();
-        let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
+        let rows: Vec<Row> = rows(input, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
             bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
         };
