@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use crate::process::{CLEAN, described, run, shown, signal, start, written};
+use crate::process::{CLEAN, described, run, shown, start, written};
 
 /// A decoder whose input is still open.
 struct Decoding<W> {
@@ -64,21 +64,6 @@ fn frames_of_a_stream_have_times() {
     let columns = shown(&["decode", "--timestamps", "--format=text"], CLEAN);
     let place = " s  byte          6   pitch 127";
     assert!(columns.contains(place), "{columns}");
-}
-
-#[test]
-#[cfg(unix)]
-fn ctrl_c_writes_the_summary_after_all_rows() {
-    let mut decoding = piped(&["--summary=-"]);
-    for offset in [6, 13, 20] {
-        let expected = format!("{{\"offset\":{offset},\"pitch\":127,\"roll\":200,\"yaw\":74}}");
-        assert_eq!(decoding.row_of(&CLEAN), expected);
-    }
-    signal(&decoding.child, "-INT");
-    let summary = decoding.next_row();
-    assert!(summary.starts_with("{\"bytes\":21,"), "{summary}");
-    assert!(decoding.rows.next().is_none());
-    assert_eq!(decoding.child.wait().unwrap().code(), Some(0));
 }
 
 #[test]
