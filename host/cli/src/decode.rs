@@ -57,8 +57,14 @@ pub(crate) struct Arguments {
     #[arg(long)]
     timestamps: bool,
     /// Write frames to FILE, replacing it, instead of standard output
-    #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[arg(
+        long,
+        short,
+        value_name = "FILE",
+        default_value = "-",
+        hide_default_value = true
+    )]
+    output: PathBuf,
     /// Also record the bytes in FILE, which must not exist
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -353,11 +359,8 @@ impl Arguments {
     }
 
     fn output(&self) -> Result<Output> {
-        let Some(path) = &self.output else {
-            return Output::standard();
-        };
-        Output::check_is_not(path, &self.source)?;
-        Output::create(path)
+        Output::check_is_not(&self.output, &self.source)?;
+        Output::create(&self.output)
     }
 
     /// Opens the output for the summary, if a summary is wanted.

@@ -105,7 +105,7 @@ mod tests {
         let programs = readme.split("\n```rust\n").skip(1);
         assert_eq!(programs.clone().count(), 2);
         for program in programs {
-            let (program, _) = program.split_once("\n```\n").unwrap_or_default();
+            let (program, _) = program.split_once("\n```\n").expect("the block ends");
             assert!(program.contains("\nfn main() {\n"), "{program}");
         }
     }

@@ -198,7 +198,6 @@ mod at_a_serial_port {
     use std::os::unix::fs::symlink;
     use std::path::Path;
 
-    use rustix::io::ioctl_fionread;
     use rustix::termios::{ControlModes, tcgetattr};
 
     use super::Decoding;
@@ -248,8 +247,8 @@ mod at_a_serial_port {
         assert_eq!(decoding.row_of(&more), "18,127,200,74");
         let expected = [&CLEAN[..], &more].concat();
         assert_eq!(fs::read(&file).unwrap(), expected);
-        let told = complaint(feed(start(&["decode", &option]), &CLEAN));
-        assert!(told.contains("name a file that does not exist"), "{told}");
+        let error = complaint(feed(start(&["decode", &option]), &CLEAN));
+        assert!(error.contains("name a file that does not exist"), "{error}");
         assert_eq!(fs::read(&file).unwrap(), expected);
     }
 
@@ -278,10 +277,10 @@ mod at_a_serial_port {
         let (mut decoding, _near_end, port) = decoding(None, &[]);
         drop(decoding.input);
         assert!(decoding.rows.next().is_none());
-        let told = complaint(decoding.child.wait_with_output().unwrap());
+        let error = complaint(decoding.child.wait_with_output().unwrap());
         let expected =
             format!("framelock: cannot read {port} after byte 7: the serial port is gone");
-        assert!(told.starts_with(&expected), "{told}");
+        assert!(error.starts_with(&expected), "{error}");
     }
 
     #[test]
@@ -289,23 +288,26 @@ mod at_a_serial_port {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("port");
         let (mut second, _second_near_end, second_port) = line();
-        let (mut decoding, near_end, port) = decoding(Some(&path), &["--reconnect"]);
-        let mut told = BufReader::new(decoding.child.stderr.take().unwrap()).lines();
+        let file = folder.path().join("capture.bin");
+        let record = format!("--record={}", file.display());
+        let (mut decoding, near_end, port) = decoding(Some(&path), &["--reconnect", &record]);
+        let mut messages = BufReader::new(decoding.child.stderr.take().unwrap()).lines();
         decoding.input.write_all(&CLEAN[..4]).unwrap();
         fs::remove_file(&path).unwrap();
-        // Bytes that were not read yet are lost with the line.
-        while ioctl_fionread(&near_end).unwrap() > 0 {
+        // Bytes that were not read yet would be lost with the line.
+        while fs::read(&file).unwrap().len() < 11 {
+            assert!(decoding.child.try_wait().unwrap().is_none());
             std::thread::yield_now();
         }
         drop((
             std::mem::replace(&mut decoding.input, second.try_clone().unwrap()),
             near_end,
         ));
-        let gone = told.next().unwrap().unwrap();
+        let gone = messages.next().unwrap().unwrap();
         let expected = format!("UTC: cannot read {port} after byte 11: the serial port is gone");
         assert!(gone.contains(&expected), "{gone}");
         symlink(second_port, &path).unwrap();
-        let back = told.next().unwrap().unwrap();
+        let back = messages.next().unwrap().unwrap();
         assert!(back.ends_with("UTC: the port is back"), "{back}");
         // The second half of the interrupted frame must not complete the frame.
         second.write_all(&CLEAN[4..]).unwrap();
@@ -323,8 +325,8 @@ mod at_a_serial_port {
             &["send", path, "--wait", "--motion=step", "--rate=1000"],
         ] {
             let mut child = start(arguments);
-            let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
-            let waiting = told.next().unwrap().unwrap();
+            let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
+            let waiting = messages.next().unwrap().unwrap();
             assert!(
                 waiting.contains(&format!("waiting for {path}; ")),
                 "{waiting}"
@@ -347,10 +349,10 @@ mod at_a_serial_port {
     #[test]
     fn a_port_in_use_is_an_error() {
         let (_decoding, _near_end, port) = decoding(None, &[]);
-        let told = complaint(feed(start(&["decode", &port]), b""));
+        let error = complaint(feed(start(&["decode", &port]), b""));
         assert!(
-            told.contains(&port) && told.contains("`framelock ports` lists"),
-            "{told}"
+            error.contains(&port) && error.contains("`framelock ports` lists"),
+            "{error}"
         );
     }
 }
