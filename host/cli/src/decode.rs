@@ -57,13 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     timestamps: bool,
     /// Write frames to FILE, replacing it, instead of standard output
-    #[arg(
-        long,
-        short,
-        value_name = "FILE",
-        default_value = "-",
-        hide_default_value = true
-    )]
+    #[arg(long, short, value_name = "FILE", default_value = "-")]
     output: PathBuf,
     /// Also record the bytes in FILE, which must not exist
     #[arg(long, value_name = "FILE")]

@@ -25,13 +25,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     byte_table: bool,
     /// Write the code to FILE, replacing it, instead of standard output
-    #[arg(
-        long,
-        short,
-        value_name = "FILE",
-        default_value = "-",
-        hide_default_value = true
-    )]
+    #[arg(long, short, value_name = "FILE", default_value = "-")]
     output: PathBuf,
 }
 
