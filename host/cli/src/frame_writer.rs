@@ -73,13 +73,11 @@ pub(crate) struct FrameWriter {
     columns: Vec<Column>,
     has_kinds: bool,
     /// The names of the selected messages, if not all are selected.
-    pub(crate) only: Vec<String>,
-    /// Whether text for people has numbers in hex.
-    pub(crate) is_hex: bool,
+    only: Vec<String>,
 }
 
 impl FrameWriter {
-    /// Creates a writer of all kinds, with numbers in decimal.
+    /// Creates a writer of all kinds.
     pub(crate) fn new(protocol: Protocol) -> Self {
         let mut new = Self {
             kind_rows: Vec::new(),
@@ -87,7 +85,6 @@ impl FrameWriter {
             has_kinds: protocol.description.has_kinds(),
             only: Vec::new(),
             protocol,
-            is_hex: false,
         };
         new.write_only(|_| true);
         new
@@ -292,12 +289,7 @@ impl FrameWriter {
             row.extend(field.name.as_bytes());
             for value in content.values() {
                 row.push(b' ');
-                match value {
-                    Value::Unsigned(number) if self.is_hex => append_aligned(row, 3, |row| {
-                        row.extend(format!("{number:02X}").bytes());
-                    }),
-                    value => append_aligned(row, 3, |row| value.append_to(row)),
-                }
+                append_aligned(row, 3, |row| value.append_to(row));
             }
             if let Some(unit) = &field.unit {
                 row.push(b' ');

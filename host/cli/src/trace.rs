@@ -136,7 +136,7 @@ const EXAMPLES: [[&str; 3]; 2] = [
 
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut out = BufWriter::new(Output::standard()?.of_rows());
+    let mut out = BufWriter::new(Output::standard()?);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
         arguments.print(input, &mut out)

@@ -9,7 +9,7 @@ use framelock_simulation::Motion;
 use super::datagrams::Datagrams;
 use super::pacer::Rate;
 use crate::input::Input;
-use crate::rows::{InputFormat, Row, rows};
+use crate::rows::{Row, rows};
 
 /// A source of frames.
 pub(super) enum Source {
@@ -56,7 +56,7 @@ impl Profile {
     /// Reads `input` to its end, so that no frame of an invalid profile is sent.
     pub(super) fn read(input: Input, frame: &Protocol) -> Result<Self> {
         let name = input.name.clone();
-        let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
+        let rows: Vec<Row> = rows(input, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
             bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
         };

@@ -117,7 +117,7 @@ fn examples_in_help_texts_and_in_other_pages_run() {
     let mut examples = 0;
     for path in help.into_iter().chain(docs).chain(pages) {
         let text = fs::read_to_string(&path).unwrap();
-        let is_help = path.extension().is_some_and(|it| it == "txt");
+        let is_help = path.extension().is_some_and(|extension| extension == "txt");
         let commands = if is_help {
             of_help(&text)
         } else {
@@ -148,7 +148,7 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(root().join(folder)).unwrap();
     let files = entries.map(|entry| entry.unwrap().path());
     files
-        .filter(|path| path.extension().is_some_and(|it| it == extension))
+        .filter(|path| path.extension().is_some_and(|own| own == extension))
         .collect()
 }
 
@@ -191,9 +191,9 @@ fn of_page(page: &str) -> Vec<String> {
 
 /// Rewrites an example so that it runs on any computer, in a short time.
 fn runnable(example: &str) -> String {
-    let mut command = PORTS
-        .iter()
-        .fold(example.to_owned(), |it, port| it.replace(port, NO_PORT));
+    let mut command = PORTS.iter().fold(example.to_owned(), |command, port| {
+        command.replace(port, NO_PORT)
+    });
     // Waiting for the missing port would never end.
     command = command.replace(" --wait", "");
     // Print completions instead of passing them to a shell or into a folder.
