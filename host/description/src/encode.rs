@@ -4,8 +4,9 @@ use framelock::{Classification, DiscardReason};
 use framelock_formats::layout::index;
 use serde_json::Value as Json;
 
-use crate::field::{Class, Field};
+use crate::field::Field;
 use crate::kind::Kind;
+use crate::number::Class;
 use crate::problem::{EncodeError, UnknownName};
 use crate::text::quote;
 use crate::{Description, KIND};

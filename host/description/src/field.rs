@@ -1,21 +1,20 @@
 //! The fields of a frame: their positions and types, and how to read and write their values.
 
-use std::fmt;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use framelock_formats::layout::{ByteOrder, Number, index};
+use framelock_formats::layout::index;
 use serde::Deserialize;
 use serde_json::Value as Json;
+use toml::Spanned;
 
+use crate::entries::{FieldEntry, parsed, parsed_if_any, span};
 use crate::item::Item;
 use crate::kind::LONGEST;
-use crate::problem::{Located, Misfit, Mistake};
-use crate::table::Table;
+use crate::number::{Class, NumberType, ones};
+use crate::problem::{Located, Misfit, Mistake, reject_if};
 use crate::value::{Decimal, Scale, Value};
 use crate::{hex, text};
-
-/// Names that no field may have, because other columns have them.
-const RESERVED: &[&str] = &["offset", "length", "time"];
 
 /// A field of a frame.
 #[derive(Clone, Default, Debug)]
@@ -81,34 +80,18 @@ pub enum Type {
     Text,
 }
 
-/// A number of whole bytes, such as `u16le`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct NumberType {
-    /// The meaning of the number's bits.
-    pub class: Class,
-    /// The number of bytes: 1, 2, 3, 4 or 8.
-    pub bytes: usize,
-    /// The order of the bytes.
-    pub order: ByteOrder,
-}
-
-/// The meaning of the bits of a number.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Class {
-    /// An unsigned number.
-    Unsigned,
-    /// A signed number, in two's complement.
-    Signed,
-    /// A floating-point number of 32 bits, as in IEEE 754.
-    Float,
-}
-
 /// The constant value of a field, or the list of its possible values.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(untagged, expecting = "a value is a whole number, or a list of them")]
-enum Values {
+pub(crate) enum Values {
     One(i64),
     OneOf(Vec<u32>),
+}
+
+impl Values {
+    pub(crate) fn is_list(&self) -> bool {
+        matches!(self, Self::OneOf(_))
+    }
 }
 
 impl Type {
@@ -116,205 +99,129 @@ impl Type {
         Ok(match name {
             "bytes" => Self::Bytes,
             "text" => Self::Text,
-            _ => Self::Number(NumberType::parse(name)?),
+            _ => Self::Number(NumberType::parse(name, &["bytes", "text"])?),
         })
     }
-}
-
-impl NumberType {
-    fn parse(name: &str) -> Result<Self, Mistake> {
-        let unknown = || Mistake::UnknownType(name.to_owned());
-        let (class, bits) = name.split_at_checked(1).ok_or_else(unknown)?;
-        let bytes = match bits {
-            "8" => 1,
-            "16le" | "16be" => 2,
-            "24le" | "24be" => 3,
-            "32le" | "32be" => 4,
-            "64le" | "64be" => 8,
-            _ => return Err(unknown()),
-        };
-        let order = if bits.ends_with("be") {
-            ByteOrder::Big
-        } else {
-            ByteOrder::Little
-        };
-        let class = match (class, bytes) {
-            ("u", _) => Class::Unsigned,
-            ("i", _) => Class::Signed,
-            ("f", 4) => Class::Float,
-            _ => return Err(unknown()),
-        };
-        Ok(Self {
-            class,
-            bytes,
-            order,
-        })
-    }
-
-    /// Parses the type of an unsigned number of up to four bytes.
-    pub(crate) fn parse_unsigned(name: &str) -> Result<Self, Mistake> {
-        let number = Self::parse(name)?;
-        number
-            .is_unsigned()
-            .then_some(number)
-            .ok_or(Mistake::NotUnsigned)
-    }
-
-    fn is_unsigned(self) -> bool {
-        self.class == Class::Unsigned && self.bytes <= 4
-    }
-
-    /// Returns the layout's number that has this type and begins at this position of the frame.
-    pub(crate) fn at(self, at: usize) -> Number {
-        Number::new(at, self.bytes, self.order)
-    }
-}
-
-impl fmt::Display for NumberType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let class = match self.class {
-            Class::Unsigned => 'u',
-            Class::Signed => 'i',
-            Class::Float => 'f',
-        };
-        let order = match self.order {
-            _ if self.bytes == 1 => "",
-            ByteOrder::Little => "le",
-            ByteOrder::Big => "be",
-        };
-        write!(f, "{class}{}{order}", 8 * self.bytes)
-    }
-}
-
-impl NumberType {
-    /// Returns a mask with all bits of the number.
-    pub(crate) fn all(self) -> u64 {
-        ones(8 * self.bytes)
-    }
-
-    /// Reads the bits of the number from its bytes. Missing bytes at the end are zero.
-    #[inline]
-    pub(crate) fn bits(self, bytes: &[u8]) -> u64 {
-        let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        match (self.order, bytes) {
-            (ByteOrder::Little, &[a, b]) => return u16::from_le_bytes([a, b]).into(),
-            (ByteOrder::Little, &[a, b, c, d]) => return u32::from_le_bytes([a, b, c, d]).into(),
-            _ => {}
-        }
-        match self.order {
-            // Missing bytes at the end are zeros that the sender has left out.
-            ByteOrder::Big => {
-                let bits = bytes.iter().fold(0, add);
-                (bytes.len()..self.bytes).fold(bits, |bits, _| bits << 8)
-            }
-            ByteOrder::Little => bytes.iter().rev().fold(0, add),
-        }
-    }
-
-    /// Returns the position of a byte among the number's bytes in the frame. `byte` is 0 for the lowest byte.
-    pub(crate) fn place(self, byte: usize) -> usize {
-        match self.order {
-            ByteOrder::Little => byte,
-            ByteOrder::Big => self.bytes - 1 - byte,
-        }
-    }
-}
-
-pub(crate) fn ones(width: usize) -> u64 {
-    u64::MAX >> 64_usize.saturating_sub(width).min(63)
 }
 
 impl Field {
-    /// Reads a field's table.
-    pub(crate) fn read(table: &mut Table) -> Result<Self, Located> {
-        let name = table.need_parsed("name", column_name)?;
-        let at = table.need("at")?;
-        let number_type = table.parse("type", Type::parse)?;
-        let (width, first) = (table.get("bits")?, table.get::<u16>("bit")?);
-        let count = table.get("count")?;
-        let mask = table.get("mask")?;
-        let value = table.get("value")?;
-        let factor = table.get::<Decimal>("scale")?;
-        let offset = table.get::<Decimal>("offset")?;
-        let unit: Option<String> = table.get("unit")?;
-        let item = table.get("item")?;
-        table.finish()?;
-        let kind = match (number_type, width) {
+    /// Returns the field with these entries.
+    pub(crate) fn read(entry: &Spanned<FieldEntry>) -> Result<Self, Located> {
+        let (span, entry) = (entry.span(), entry.get_ref());
+        let kind = match (
+            parsed_if_any(entry.r#type.as_ref(), Type::parse)?,
+            entry.bits,
+        ) {
             (Some(kind), None) => kind,
             (None, Some(width @ 1..=64)) => Type::Bits {
-                first: first.unwrap_or(0).into(),
+                first: entry.bit.into(),
                 width,
             },
-            _ => return Err(Located::new(table.span.clone(), Mistake::FieldType)),
+            _ => {
+                let rule = "a field must have either a type, or bits from 1 to 64";
+                return Err(Located::new(span, rule));
+            }
         };
-        if !count.is_none_or(|count| (1..=LONGEST).contains(&count)) {
-            return Err(Located::new(table.span.clone(), Mistake::Count));
-        }
-        let whole_number = match kind {
-            Type::Number(number) if number.class != Class::Float => Some(number),
-            _ => None,
-        };
-        if mask
-            .is_some_and(|mask| whole_number.is_none_or(|number| mask == 0 || mask > number.all()))
-        {
-            return table.wrong("mask", Mistake::Mask);
-        }
-        let scale = (factor.is_some() || offset.is_some()).then(|| {
+        let [factor, offset] = [&entry.scale, &entry.offset].map(Option::as_ref);
+        let scale = factor.or(offset).map(|_| {
+            let [factor, offset] = [factor, offset].map(|it| it.map(|it| *it.get_ref()));
             let one = Decimal {
                 digits: 1,
                 decimals: 0,
             };
             Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())
         });
-        if scale.is_some() && whole_number.is_none() && width.is_none() {
-            let key = if factor.is_some() { "scale" } else { "offset" };
-            return table.wrong(key, Mistake::Scale);
-        }
-        if factor.is_some_and(|factor| factor.digits == 0) {
-            return table.wrong("scale", Mistake::ZeroScale);
-        }
-        let is_blank = |c: char| c.is_control() || c.is_whitespace();
-        if unit.as_ref().is_some_and(|unit| unit.contains(is_blank)) {
-            return table.wrong("unit", Mistake::Unit);
-        }
-        if item.is_some() && kind != Type::Text {
-            return table.wrong("item", Mistake::Item);
-        }
-        let mut field = Self {
-            name,
-            at,
+        let field = Self {
+            name: parsed(&entry.name, column_name)?,
+            at: *entry.at.get_ref(),
             kind,
-            count,
-            mask,
+            count: entry.count.as_ref().map(|count| *count.get_ref()),
+            mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
             scale,
-            unit,
-            item,
+            unit: parsed_if_any(entry.unit.as_ref(), unit)?,
+            item: entry.item.as_ref().map(|item| *item.get_ref()),
             ..Self::default()
         };
-        match value {
-            Some(Values::One(number)) => match field.to_bits(&number.into()) {
-                Ok(bits) if !field.is_array() && !field.is_text() => field.constant = Some(bits),
-                _ => return table.wrong("value", Mistake::UnfitValue),
-            },
-            Some(Values::OneOf(numbers)) => {
-                let number = whole_number.filter(|number| number.is_unsigned());
-                let Some(number) = number.filter(|_| mask.is_none() && count.is_none() && at >= 0)
-                else {
-                    return table.wrong("value", Mistake::ValueList);
-                };
-                if numbers.is_empty()
-                    || numbers.iter().any(|value| u64::from(*value) > number.all())
-                {
-                    return table.wrong("value", Mistake::UnfitValues);
-                }
-                field.allowed = numbers;
+        field.check(entry)?;
+        match &entry.value {
+            Some(value) => {
+                let valued = field.with(value.get_ref());
+                valued.map_err(|mistake| Located::new(value.span(), mistake))
             }
-            None => {}
+            None => Ok(field),
         }
-        if at < 0 && field.length().is_none() {
-            return table.wrong("at", Mistake::RestFromEnd);
+    }
+
+    /// Returns the number's type if the field has whole numbers of whole bytes.
+    fn whole_number(&self) -> Option<NumberType> {
+        match self.kind {
+            Type::Number(number) if number.class != Class::Float => Some(number),
+            _ => None,
         }
-        Ok(field)
+    }
+
+    /// Checks that each entry suits the field's type.
+    fn check(&self, entry: &FieldEntry) -> Result<(), Located> {
+        let (whole, is_bits) = (self.whole_number(), matches!(self.kind, Type::Bits { .. }));
+        let is_out = |number: usize| !(1..=LONGEST).contains(&number);
+        let what = "a count";
+        let most = LONGEST;
+        let count = span(entry.count.as_ref());
+        reject_if(
+            self.count.is_some_and(is_out),
+            count,
+            Mistake::OutOfRange { what, most },
+        )?;
+        let bits = 1..=whole.map_or(0, NumberType::all_bits);
+        reject_if(
+            self.mask.is_some_and(|mask| !bits.contains(&mask)),
+            span(entry.mask.as_ref()),
+            "only a whole number can have a mask, and the mask must have some of its bits",
+        )?;
+        reject_if(
+            self.scale.is_some() && whole.is_none() && !is_bits,
+            span(entry.scale.as_ref().or(entry.offset.as_ref())),
+            "only a whole number can have a scale and an offset",
+        )?;
+        reject_if(
+            self.scale.as_ref().is_some_and(|scale| scale.factor == 0),
+            span(entry.scale.as_ref()),
+            "a scale must not be 0",
+        )?;
+        reject_if(
+            self.item.is_some() && self.kind != Type::Text,
+            span(entry.item.as_ref()),
+            "only text can have an item",
+        )?;
+        reject_if(
+            self.at < 0 && self.length().is_none(),
+            entry.at.span(),
+            "a field that takes the rest of the frame must be counted from the front: change at, or give a count",
+        )
+    }
+
+    /// Returns the field with this constant value, or with these possible values.
+    fn with(self, value: &Values) -> Result<Self, Mistake> {
+        match value {
+            Values::One(number) => match self.to_bits(&(*number).into()) {
+                Ok(bits) if !self.is_array() && !self.is_text() => Ok(Self {
+                    constant: Some(bits),
+                    ..self
+                }),
+                _ => Err("this value does not fit the field, or the field is an array".into()),
+            },
+            Values::OneOf(numbers) => {
+                let number = self.whole_number().filter(|number| number.is_unsigned());
+                let is_alone = self.mask.is_none() && self.count.is_none() && self.at >= 0;
+                let number = number.filter(|_| is_alone).ok_or(ONE_LIST)?;
+                let fits = |value: &u32| u64::from(*value) <= number.all_bits();
+                if numbers.is_empty() || !numbers.iter().all(fits) {
+                    return Err("these values do not fit the field".into());
+                }
+                let allowed = numbers.clone();
+                Ok(Self { allowed, ..self })
+            }
+        }
     }
 
     /// Returns the field of a trailer of `bytes` bytes.
@@ -580,7 +487,7 @@ impl Field {
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
         if class == Class::Float {
             let nan = value.is_null().then_some(f64::NAN);
-            let number = value.as_f64().or(nan).ok_or(Misfit::NotNumber)?;
+            let number = value.as_f64().or(nan).ok_or(Misfit::Not("a number"))?;
             return Ok((number as f32).to_bits().into());
         }
         let all = ones(self.width());
@@ -622,10 +529,11 @@ impl Field {
     pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, Misfit> {
         let bytes = match self.kind {
             Type::Bytes => {
-                let text = value.as_str().ok_or(Misfit::NotBytes)?;
+                let text = value.as_str();
+                let text = text.ok_or(Misfit::Not("bytes in hex, as text"))?;
                 hex::parse(&[text.strip_prefix('x').unwrap_or(text)]).map_err(Misfit::Hex)?
             }
-            _ => text::unescaped(value.as_str().ok_or(Misfit::NotText)?),
+            _ => text::unescaped(value.as_str().ok_or(Misfit::Not("text"))?),
         };
         match self.count {
             Some(wanted) if wanted != bytes.len() => Err(Misfit::Length {
@@ -658,21 +566,45 @@ impl Field {
             }
         }
     }
+    /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and those of them that
+    /// are 1 in a constant field. If the field takes the rest of the frame, `left` is its number of bytes.
+    pub(crate) fn masks(&self, left: usize) -> BTreeMap<usize, (u8, u8)> {
+        let mut masks = BTreeMap::<usize, (u8, u8)>::new();
+        let constant = self.constant.unwrap_or(0);
+        self.each_bit(left, |place, _, of_value| {
+            let (mask, value) = masks.entry(place / 8).or_default();
+            let bit = 1 << (place % 8);
+            *mask |= bit;
+            if self.constant.is_some() && constant >> of_value & 1 == 1 {
+                *value |= bit;
+            }
+        });
+        masks
+    }
 }
+
+/// The rule for a list of values.
+pub(crate) const ONE_LIST: &str = "only one field can have a list of values, and only without messages: an unsigned \
+    number without mask and count, counted from the front";
 
 /// Checks that a name is valid for a column, and returns it.
 pub(crate) fn column_name(name: &str) -> Result<String, Mistake> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let small = name.to_ascii_lowercase();
     if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(plain) {
-        return Err(Mistake::ColumnName);
+        Err("a name must have only letters, digits and _, and begin with a letter".into())
+    } else if ["offset", "length", "time"].contains(&&*small) {
+        Err("offset, length, time are the names of other columns: choose another name".into())
+    } else {
+        Ok(name.to_owned())
     }
-    if RESERVED
-        .iter()
-        .any(|reserved| name.eq_ignore_ascii_case(reserved))
-    {
-        return Err(Mistake::ReservedName(RESERVED));
+}
+
+fn unit(unit: &str) -> Result<String, Mistake> {
+    match unit.contains(|c: char| c.is_control() || c.is_whitespace()) {
+        true => Err("a unit must be a word, such as deg or m/s".into()),
+        false => Ok(unit.to_owned()),
     }
-    Ok(name.to_owned())
 }
 
 /// Returns the number of bits from the lowest to the highest bit of a mask.
