@@ -5,10 +5,10 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::field::Values;
 use crate::item::Item;
 use crate::messages::Known;
 use crate::problem::{Located, Mistake};
+use crate::read_field::Values;
 use crate::value::Decimal;
 
 pub(crate) type Text = Spanned<String>;

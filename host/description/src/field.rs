@@ -4,16 +4,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use framelock_formats::layout::index;
-use serde::Deserialize;
 use serde_json::Value as Json;
-use toml::Spanned;
 
-use crate::entries::{FieldEntry, parsed, parsed_if_any, span};
 use crate::item::Item;
-use crate::kind::LONGEST;
 use crate::number::{Class, NumberType, ones};
-use crate::problem::{Located, Misfit, Mistake, reject_if};
-use crate::value::{Decimal, Scale, Value};
+use crate::problem::Misfit;
+use crate::value::Scale;
 use crate::{hex, text};
 
 /// A field of a frame.
@@ -46,19 +42,19 @@ pub struct Field {
     /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
     /// Properties that are needed for each frame. They are computed once, when the description is read.
-    prepared: Prepared,
+    pub(crate) prepared: Prepared,
 }
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the number of values. `is_plain` says
 /// whether the field's bytes are the number itself.
 #[derive(Clone, Default, Debug)]
-struct Prepared {
-    place: Option<(Range<usize>, usize)>,
-    values: usize,
+pub(crate) struct Prepared {
+    pub(crate) place: Option<(Range<usize>, usize)>,
+    pub(crate) values: usize,
     /// 64 minus the number of bits in a value.
-    unused: usize,
-    is_plain: bool,
+    pub(crate) unused: usize,
+    pub(crate) is_plain: bool,
 }
 
 /// The type of a field.
@@ -80,150 +76,7 @@ pub enum Type {
     Text,
 }
 
-/// The constant value of a field, or the list of its possible values.
-#[derive(Clone, Deserialize)]
-#[serde(untagged, expecting = "a value is a whole number, or a list of them")]
-pub(crate) enum Values {
-    One(i64),
-    OneOf(Vec<u32>),
-}
-
-impl Values {
-    pub(crate) fn is_list(&self) -> bool {
-        matches!(self, Self::OneOf(_))
-    }
-}
-
-impl Type {
-    fn parse(name: &str) -> Result<Self, Mistake> {
-        Ok(match name {
-            "bytes" => Self::Bytes,
-            "text" => Self::Text,
-            _ => Self::Number(NumberType::parse(name, &["bytes", "text"])?),
-        })
-    }
-}
-
 impl Field {
-    /// Returns the field with these entries.
-    pub(crate) fn read(entry: &Spanned<FieldEntry>) -> Result<Self, Located> {
-        let (span, entry) = (entry.span(), entry.get_ref());
-        let kind = match (
-            parsed_if_any(entry.r#type.as_ref(), Type::parse)?,
-            entry.bits,
-        ) {
-            (Some(kind), None) => kind,
-            (None, Some(width @ 1..=64)) => Type::Bits {
-                first: entry.bit.into(),
-                width,
-            },
-            _ => {
-                let rule = "a field must have either a type, or bits from 1 to 64";
-                return Err(Located::new(span, rule));
-            }
-        };
-        let [factor, offset] = [&entry.scale, &entry.offset].map(Option::as_ref);
-        let scale = factor.or(offset).map(|_| {
-            let [factor, offset] = [factor, offset].map(|it| it.map(|it| *it.get_ref()));
-            let one = Decimal {
-                digits: 1,
-                decimals: 0,
-            };
-            Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())
-        });
-        let field = Self {
-            name: parsed(&entry.name, column_name)?,
-            at: *entry.at.get_ref(),
-            kind,
-            count: entry.count.as_ref().map(|count| *count.get_ref()),
-            mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
-            scale,
-            unit: parsed_if_any(entry.unit.as_ref(), unit)?,
-            item: entry.item.as_ref().map(|item| *item.get_ref()),
-            ..Self::default()
-        };
-        field.check(entry)?;
-        match &entry.value {
-            Some(value) => {
-                let valued = field.with(value.get_ref());
-                valued.map_err(|mistake| Located::new(value.span(), mistake))
-            }
-            None => Ok(field),
-        }
-    }
-
-    /// Returns the number's type if the field has whole numbers of whole bytes.
-    fn whole_number(&self) -> Option<NumberType> {
-        match self.kind {
-            Type::Number(number) if number.class != Class::Float => Some(number),
-            _ => None,
-        }
-    }
-
-    /// Checks that each entry suits the field's type.
-    fn check(&self, entry: &FieldEntry) -> Result<(), Located> {
-        let (whole, is_bits) = (self.whole_number(), matches!(self.kind, Type::Bits { .. }));
-        let is_out = |number: usize| !(1..=LONGEST).contains(&number);
-        let what = "a count";
-        let most = LONGEST;
-        let count = span(entry.count.as_ref());
-        reject_if(
-            self.count.is_some_and(is_out),
-            count,
-            Mistake::OutOfRange { what, most },
-        )?;
-        let bits = 1..=whole.map_or(0, NumberType::all_bits);
-        reject_if(
-            self.mask.is_some_and(|mask| !bits.contains(&mask)),
-            span(entry.mask.as_ref()),
-            "only a whole number can have a mask, and the mask must have some of its bits",
-        )?;
-        reject_if(
-            self.scale.is_some() && whole.is_none() && !is_bits,
-            span(entry.scale.as_ref().or(entry.offset.as_ref())),
-            "only a whole number can have a scale and an offset",
-        )?;
-        reject_if(
-            self.scale.as_ref().is_some_and(|scale| scale.factor == 0),
-            span(entry.scale.as_ref()),
-            "a scale must not be 0",
-        )?;
-        reject_if(
-            self.item.is_some() && self.kind != Type::Text,
-            span(entry.item.as_ref()),
-            "only text can have an item",
-        )?;
-        reject_if(
-            self.at < 0 && self.length().is_none(),
-            entry.at.span(),
-            "a field that takes the rest of the frame must be counted from the front: change at, or give a count",
-        )
-    }
-
-    /// Returns the field with this constant value, or with these possible values.
-    fn with(self, value: &Values) -> Result<Self, Mistake> {
-        match value {
-            Values::One(number) => match self.to_bits(&(*number).into()) {
-                Ok(bits) if !self.is_array() && !self.is_text() => Ok(Self {
-                    constant: Some(bits),
-                    ..self
-                }),
-                _ => Err("this value does not fit the field, or the field is an array".into()),
-            },
-            Values::OneOf(numbers) => {
-                let number = self.whole_number().filter(|number| number.is_unsigned());
-                let is_alone = self.mask.is_none() && self.count.is_none() && self.at >= 0;
-                let number = number.filter(|_| is_alone).ok_or(ONE_LIST)?;
-                let fits = |value: &u32| u64::from(*value) <= number.all_bits();
-                if numbers.is_empty() || !numbers.iter().all(fits) {
-                    return Err("these values do not fit the field".into());
-                }
-                let allowed = numbers.clone();
-                Ok(Self { allowed, ..self })
-            }
-        }
-    }
-
     /// Returns the field of a trailer of `bytes` bytes.
     pub(crate) fn of_trailer(name: String, bytes: usize) -> Self {
         Self {
@@ -238,21 +91,6 @@ impl Field {
     #[must_use]
     pub fn is_text(&self) -> bool {
         matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
-    }
-
-    /// Returns true if the field is neither an item nor the trailer.
-    #[inline]
-    pub(crate) fn is_simple(&self) -> bool {
-        self.item.is_none() && !self.is_appended
-    }
-
-    /// Returns the part of the field's bytes that contains the value; `None` if the field is an item without a value.
-    #[inline]
-    pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
-        match self.item {
-            Some(item) => item.part(bytes),
-            None => Some(bytes),
-        }
     }
 
     /// Returns the meaning of a value's bits. Values of fields of bits, bytes and text have no sign.
@@ -365,105 +203,6 @@ impl Field {
                 && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
         };
         self.count != Some(0)
-    }
-
-    /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. Positions relative
-    /// to the end are counted from `length`.
-    #[inline]
-    pub(crate) fn bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
-        match &self.prepared.place {
-            Some((place, shortest)) if *shortest <= length => frame.get(place.clone()),
-            Some(_) => None,
-            None => self.other_bytes(frame, length),
-        }
-    }
-
-    /// Does the same as [`bytes`](Self::bytes), for a field that is counted from the end or takes the rest of the
-    /// frame.
-    #[inline(never)]
-    fn other_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
-        frame.get(self.position(length)?)
-    }
-
-    /// Returns the bytes of the field that lie in a frame which is too short for the whole field. If the frame ends
-    /// before the field, these are no bytes.
-    #[inline(never)]
-    pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
-        let (place, _) = self.prepared.place.as_ref()?;
-        let end = length.checked_sub(self.margin)?;
-        frame.get(place.start.min(end)..place.end.min(end))
-    }
-
-    /// Reads the field's values from its bytes.
-    #[inline]
-    pub(crate) fn values_in<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
-        (0..self.prepared.values).map(|number| self.value(bytes, number))
-    }
-
-    /// Reads one of the field's values from its bytes.
-    #[inline]
-    pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        if let ([byte], true) = (bytes, self.prepared.is_plain) {
-            return Value::Unsigned((*byte).into());
-        }
-        self.any_value(bytes, number)
-    }
-
-    #[inline(never)]
-    fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
-        // a single call before the match.
-        let own = || {
-            let Range { start, end } = self.value_bytes(number, bytes.len());
-            // Treat bytes that the sender has left out as zero.
-            &bytes[start.min(bytes.len())..end.min(bytes.len())]
-        };
-        if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
-            return value;
-        }
-        match self.kind {
-            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
-            Type::Bits { first, width } => {
-                let shift = (first + number * width) % 8;
-                let bits = match own() {
-                    &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
-                    &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
-                    #[expect(
-                        clippy::cast_possible_truncation,
-                        reason = "a field has up to 64 bits"
-                    )]
-                    bytes => {
-                        let bytes = bytes.iter().rev();
-                        let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
-                        (all >> shift) as u64
-                    }
-                };
-                self.of_bits(Class::Unsigned, bits & ones(width))
-            }
-            Type::Bytes => Value::Bytes(bytes),
-            Type::Text => Value::Text(bytes),
-        }
-    }
-
-    /// Returns the value that these bits represent.
-    fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
-        let bits = match self.mask {
-            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
-            None => bits,
-        };
-        let value = match class {
-            Class::Unsigned => Value::Unsigned(bits),
-            Class::Signed => {
-                let unused = self.prepared.unused;
-                Value::Signed((bits << unused).cast_signed() >> unused)
-            }
-            #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
-            Class::Float => Value::Float(f32::from_bits(bits as u32)),
-        };
-        match &self.scale {
-            Some(scale) => scale.of(&value),
-            None => value,
-        }
     }
 
     /// Returns the number of bits in a value, before applying the mask.
@@ -580,30 +319,6 @@ impl Field {
             }
         });
         masks
-    }
-}
-
-/// The rule for a list of values.
-pub(crate) const ONE_LIST: &str = "only one field can have a list of values, and only without messages: an unsigned \
-    number without mask and count, counted from the front";
-
-/// Checks that a name is valid for a column, and returns it.
-pub(crate) fn column_name(name: &str) -> Result<String, Mistake> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let small = name.to_ascii_lowercase();
-    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(plain) {
-        Err("a name must have only letters, digits and _, and begin with a letter".into())
-    } else if ["offset", "length", "time"].contains(&&*small) {
-        Err("offset, length, time are the names of other columns: choose another name".into())
-    } else {
-        Ok(name.to_owned())
-    }
-}
-
-fn unit(unit: &str) -> Result<String, Mistake> {
-    match unit.contains(|c: char| c.is_control() || c.is_whitespace()) {
-        true => Err("a unit must be a word, such as deg or m/s".into()),
-        false => Ok(unit.to_owned()),
     }
 }
 

@@ -8,7 +8,6 @@ use framelock_formats::layout::{ByteOrder, CheckedLayout, Length, index};
 use crate::field::Field;
 use crate::layouts::{Layouts, header};
 use crate::number::{Class, NumberType};
-use crate::value::Value;
 
 /// The largest length that a description may allow for a frame: the largest 16-bit number plus 256.
 pub const LONGEST: usize = 0x1_00FF;
@@ -282,91 +281,5 @@ impl Kind {
     /// Returns the fields whose values differ between frames.
     pub fn varying_fields(&self) -> impl Iterator<Item = &Field> {
         self.fields.iter().filter(|field| field.constant.is_none())
-    }
-
-    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short. All output of frames goes over this list.
-    #[inline]
-    pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
-        let contents = self.contents(frame);
-        let fields = self.varying_fields();
-        fields.filter_map(move |field| Some((field, contents.of(field)?)))
-    }
-
-    /// Returns the parts of a frame, for reading many fields.
-    #[inline]
-    #[must_use]
-    pub fn contents<'f>(&'f self, frame: &'f [u8]) -> Contents<'f> {
-        let layout = self.layout();
-        let trailer = layout
-            .trailer
-            .map_or(0, |trailer| trailer.bytes_after(frame));
-        let (alone, appended) = frame.split_at(frame.len().saturating_sub(trailer));
-        Contents {
-            kind: self,
-            alone,
-            length: layout.counted_length(alone),
-            appended,
-        }
-    }
-}
-
-/// The parts of a frame.
-#[derive(Clone, Copy)]
-pub struct Contents<'f> {
-    kind: &'f Kind,
-    /// The frame without its trailer.
-    alone: &'f [u8],
-    /// The length from which positions relative to the end are counted.
-    length: usize,
-    /// The trailer.
-    appended: &'f [u8],
-}
-
-impl<'f> Contents<'f> {
-    /// Returns the content of a field; `None` if the frame is too short to contain the field. Zeros that the sender has
-    /// left out count as present.
-    #[inline]
-    #[must_use]
-    pub fn of(&self, field: &'f Field) -> Option<Content<'f>> {
-        match field.bytes(self.alone, self.length) {
-            Some(bytes) if field.is_simple() => Some(Content { field, bytes }),
-            _ => self.of_rarer(field),
-        }
-    }
-
-    #[inline(never)]
-    fn of_rarer(&self, field: &'f Field) -> Option<Content<'f>> {
-        let bytes = if field.is_appended {
-            field.bytes(self.appended, self.appended.len())
-        } else {
-            let cut = || field.first_bytes(self.alone, self.length);
-            let bytes = field.bytes(self.alone, self.length);
-            bytes.or_else(|| self.kind.has_truncated_zeros.then(cut)?)
-        };
-        let bytes = field.item(bytes?)?;
-        Some(Content { field, bytes })
-    }
-}
-
-/// The content of a field in a frame.
-#[derive(Clone, Copy)]
-pub struct Content<'f> {
-    field: &'f Field,
-    bytes: &'f [u8],
-}
-
-impl<'f> Content<'f> {
-    /// Returns the value, or the first value of an array.
-    #[inline]
-    #[must_use]
-    pub fn value(self) -> Value<'f> {
-        self.field.value(self.bytes, 0)
-    }
-
-    /// Returns the value, or each value of an array.
-    #[inline]
-    pub fn values(self) -> impl Iterator<Item = Value<'f>> {
-        self.field.values_in(self.bytes)
     }
 }

@@ -43,6 +43,7 @@
 )]
 
 mod checksum;
+mod contents;
 mod encode;
 mod entries;
 mod example;
@@ -55,6 +56,7 @@ mod messages;
 mod number;
 mod problem;
 mod read;
+mod read_field;
 pub mod text;
 mod value;
 
@@ -66,9 +68,10 @@ use std::path::Path;
 use framelock::{Classification, Format as _, LineEvent};
 use toml::Spanned;
 
+pub use contents::{Content, Contents};
 pub use field::{Field, Type};
 pub use item::Item;
-pub use kind::{Content, Contents, Kind, LONGEST, Part};
+pub use kind::{Kind, LONGEST, Part};
 pub use layouts::Layouts;
 pub use number::{Class, NumberType};
 pub use problem::{

@@ -249,14 +249,6 @@ pub enum EncodeError {
     /// Another part of the frame determines the bytes of this field.
     #[error("{0} cannot have this value: the description gives its bytes another value")]
     Determined(String),
-    /// The messages of a kind do not contain this number.
-    #[error("{field} {value}: there is no such message: the description lists the messages")]
-    UnknownMessage {
-        /// The field with the number.
-        field: String,
-        /// The number.
-        value: String,
-    },
     /// No frame has these values.
     #[error(
         "there is no frame of {length} bytes with these values: the description allows frames of {shortest} to \
@@ -291,6 +283,9 @@ pub enum Misfit {
     /// The value has bits outside the mask.
     #[error("has other bits than the mask {0:#X}")]
     OutsideMask(u64),
+    /// The value is the number of a message that is not listed.
+    #[error("is no message: the description lists the messages")]
+    NoMessage,
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),

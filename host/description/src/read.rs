@@ -12,12 +12,13 @@ use toml::Spanned;
 use crate::entries::{
     Entries, FieldEntry, Text, TrailerEntry, ViewEntry, parsed, parsed_if_any, span,
 };
-use crate::field::{Field, ONE_LIST, Type, column_name};
+use crate::field::{Field, Type};
 use crate::kind::{Kind, LONGEST};
 use crate::layouts::{Alternatives, Layouts, OwnMessages, Parts};
 use crate::messages::sorted;
 use crate::number::NumberType;
 use crate::problem::{Located, Mistake, reject_if};
+use crate::read_field::{ONE_LIST, column_name};
 use crate::{checksum, layouts};
 
 /// A field, and its entries.

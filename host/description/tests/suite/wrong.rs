@@ -151,7 +151,10 @@ fn more_than_a_row_can_have_is_refused_before_it_is_made() {
     let told = Description::parse("my.toml", &text)
         .unwrap_err()
         .to_string();
-    assert!(told.contains("the number of values in a row must be from 1 to 10000"), "{told}");
+    assert!(
+        told.contains("the number of values in a row must be from 1 to 10000"),
+        "{told}"
+    );
     let kinds = (0..3000).map(|number| format!("[[kinds]]\nname = \"k{number}\"\n"));
     let text = format!(
         "sync = \"24\"\nlength = 3\n{}",
