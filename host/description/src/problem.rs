@@ -140,10 +140,10 @@ pub(crate) fn reject_if(
     span: Range<usize>,
     mistake: impl Into<Mistake>,
 ) -> Result<(), Located> {
-    match is_wrong {
-        true => Err(Located::new(span, mistake)),
-        false => Ok(()),
+    if is_wrong {
+        return Err(Located::new(span, mistake));
     }
+    Ok(())
 }
 
 /// A text that is not bytes in hex.

@@ -173,8 +173,8 @@ pub(crate) fn column_name(name: &str) -> Result<String, Mistake> {
 }
 
 fn unit(unit: &str) -> Result<String, Mistake> {
-    match unit.contains(|c: char| c.is_control() || c.is_whitespace()) {
-        true => Err("a unit must be a word, such as deg or m/s".into()),
-        false => Ok(unit.to_owned()),
+    if unit.contains(|c: char| c.is_control() || c.is_whitespace()) {
+        return Err("a unit must be a word, such as deg or m/s".into());
     }
+    Ok(unit.to_owned())
 }
