@@ -138,9 +138,12 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         CrcTable::Nibbles => (4, 16),
         CrcTable::Bytes => (8, 256),
     };
-    let shifted = |register: u32| match crc.reflected_in {
-        true => (register >> 1, register & 1 == 1),
-        false => (register << 1, register >> (bits - 1) & 1 == 1),
+    let shifted = |register: u32| {
+        if crc.reflected_in {
+            (register >> 1, register & 1 == 1)
+        } else {
+            (register << 1, register >> (bits - 1) & 1 == 1)
+        }
     };
     let entry = |index: u32| {
         let aligned_index = if crc.reflected_in {
@@ -165,6 +168,7 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
 }
 
 /// Returns the entries of a table in C: several in a line, all with the digits of the table's type.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
 pub(crate) fn rows(numbers: Vec<u64>) -> String {
     let most = numbers.iter().max().expect("a table has entries");
     let (digits, in_row) = match smallest_type(*most) {

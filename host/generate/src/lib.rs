@@ -27,7 +27,7 @@ use names::{Language, free, module, one_line};
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
     let program = Program::new(description, name, command, &names::RUST);
-    render::source(Value::from_serialize(&program), render::MODULE)
+    render::source(&Value::from_serialize(&program), render::MODULE)
 }
 
 /// Returns a self-contained C header that receives and encodes the frames of a description. It is valid C99 and C++17.
@@ -45,7 +45,7 @@ pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) 
     }
     let program =
         context! { ..Value::from_serialize(&program), ..c::program(&layouts, program.longest) };
-    render::source(program, render::HEADER)
+    render::source(&program, render::HEADER)
 }
 
 /// The values from which a program is made.

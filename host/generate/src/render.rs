@@ -34,11 +34,11 @@ fn template_of(part: &str) -> String {
 }
 
 /// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls.
-pub(crate) fn source(program: Value, template: Template) -> String {
+pub(crate) fn source(program: &Value, template: Template) -> String {
     try_source(program, template).unwrap_or_else(|error| unreachable!("in a template: {error:#}"))
 }
 
-fn try_source(program: Value, (template, helpers): Template) -> Result<String, Error> {
+fn try_source(program: &Value, (template, helpers): Template) -> Result<String, Error> {
     let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -52,8 +52,8 @@ fn try_source(program: Value, (template, helpers): Template) -> Result<String, E
     for (name, part) in &engine {
         environment.add_template(name, part)?;
     }
-    let code = environment.render_str(template, &program)?;
-    let helpers = environment.render_str(&template_of(helpers), &program)? + "\n";
+    let code = environment.render_str(template, program)?;
+    let helpers = environment.render_str(&template_of(helpers), program)? + "\n";
     let (types, functions) = code
         .split_once("HELPERS\n")
         .expect("the template has this line");
@@ -71,6 +71,7 @@ fn hex(number: u64, digits: Option<usize>) -> String {
 }
 
 /// Returns a reference to a list in the style of rustfmt: in one line if it is short.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
 fn rust_slice(each: Vec<String>) -> String {
     let line = each.join(", ");
     if each.len() == 1 || line.len() <= 60 && !line.contains('\n') {
