@@ -4,15 +4,23 @@ use minijinja::{Environment, Error, UndefinedBehavior, Value};
 
 use crate::c;
 
-/// The template of a program, and the template of the helper functions that the program may call.
+/// The template of a program, which begins with its macros, and the template of the helper functions that the program
+/// may call.
 pub(crate) type Template = (&'static str, &'static str);
 
 pub(crate) const HEADER: Template = (
-    include_str!("../templates/header.h.j2"),
+    concat!(
+        include_str!("../templates/classify.h.j2"),
+        include_str!("../templates/message.h.j2"),
+        include_str!("../templates/header.h.j2")
+    ),
     include_str!("../templates/helpers.h.j2"),
 );
 pub(crate) const MODULE: Template = (
-    include_str!("../templates/module.rs.j2"),
+    concat!(
+        include_str!("../templates/layout.rs.j2"),
+        include_str!("../templates/module.rs.j2")
+    ),
     include_str!("../templates/helpers.rs"),
 );
 
