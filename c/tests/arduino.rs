@@ -9,8 +9,7 @@ use framelock::{Encode, EncodeInto, motion::Bin};
 use framelock_formats::crsf::{self, Crsf};
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, GXX, beside, succeeds};
-use crate::headers;
+use crate::compilers::{AVR, GXX, succeeds};
 
 /// The time of a byte at 115 200 baud, in microseconds.
 const BYTE: u32 = 87;
@@ -51,12 +50,9 @@ impl SerialLine {
         self.gaps_and_bytes.extend(self.gap.to_le_bytes());
         let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino");
         let sketch = library.join(format!("examples/{sketch}/{sketch}.ino"));
-        let here = TempDir::new().unwrap();
-        let program = here.path().join("program");
-        let include = format!("-I{}", headers::folder().display());
         let sketch = format!("-DSKETCH=\"{}\"", sketch.display());
-        GXX.compile_with_sanitizers(&beside("sketch.cpp"), &[&include, &sketch], &program);
-        let said = succeeds(&mut Command::new(program), &self.gaps_and_bytes, "");
+        let program = GXX.program("sketch.cpp", &[], &[&sketch]);
+        let said = program.run(&self.gaps_and_bytes);
         let changes = said.lines().map(|line| {
             let numbers: Vec<u32> = line.split(' ').map(|it| it.parse().unwrap()).collect();
             let [time, pin, value] = numbers[..] else {

@@ -7,8 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, succeeds};
-use crate::headers;
+use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, include_headers, succeeds};
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
@@ -24,7 +23,7 @@ pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
 #[test]
 fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
-    let include = format!("-I{}", headers::folder().display());
+    let include = include_headers();
     let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {

@@ -1,23 +1,19 @@
 //! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
-use std::fs;
-use std::process::Command;
-
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
 use framelock::{
     BufferedReceiver, Counters, Encode, EncodeInto, Format, Found, Line, LineEvent, Receiver,
 };
-use framelock_description::{Description, SHIPPED};
+use framelock_description::hex::glued;
+use framelock_description::{Description, shipped};
 use framelock_description_oracles as drawn;
 use framelock_formats::crsf::{self, Crsf};
 use framelock_oracles::broken;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
-use crate::compilers::{GCC, assert_same, beside, succeeds};
+use crate::compilers::{GCC, assert_same};
 use crate::delivery::{PAGE, blocks};
-use crate::headers;
 
 /// Two kinds of steps in `guide.c`: a received byte, and any other event.
 const BYTE: u8 = 0;
@@ -26,15 +22,9 @@ const EVENT: u8 = 1;
 /// Compiles `guide.c` with program number `program` of the page. Asserts that the program prints the expected
 /// output. `option` selects the part of `guide.c`.
 fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("page.c"), blocks(PAGE, "c")[program]).unwrap();
-    let executable = folder.path().join("program");
-    let include = format!("-I{}", headers::folder().display());
-    GCC.compile_with_sanitizers(&beside("guide.c"), &["-I.", &include, option], &executable);
-    assert_same(
-        &succeeds(&mut Command::new(executable), steps, ""),
-        expected,
-    );
+    let page = blocks(PAGE, "c")[program];
+    let program = GCC.program("guide.c", &[("page.c", page)], &[option]);
+    assert_same(&program.run(steps), expected);
 }
 
 /// Returns the last line of the output. Asserts that many frames were received, some of them after discarded bytes.
@@ -58,8 +48,7 @@ fn totals(counters: &Counters) -> String {
 }
 
 fn hex(bytes: &[u8]) -> String {
-    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-    digits.concat() + "\n"
+    glued(bytes) + "\n"
 }
 
 /// Returns what arrives of a frame. About one frame in 20 has a fault.
@@ -279,9 +268,8 @@ fn steps(
     steps
 }
 
-fn shipped(name: &str) -> Description {
-    let (_, text) = SHIPPED.iter().find(|it| it.0 == name).unwrap();
-    Description::parse(name, text).unwrap()
+fn description(name: &str) -> Description {
+    Description::parse(name, shipped(name).unwrap()).unwrap()
 }
 
 /// Draws random frames 500 times, and returns all of them.
@@ -307,14 +295,14 @@ fn dma() {
     let frames: Vec<Vec<u8>> = frames.collect();
     let steps = steps(frames, 60, random);
     let channels = |frame: &[u8]| (frame[2] == 0x16).then(|| hex(&frame[3..25]));
-    let expected = expected(Buffer::Dma, &shipped("crsf"), &steps, channels);
+    let expected = expected(Buffer::Dma, &description("crsf"), &steps, channels);
     check(1, "-DDMA", &steps, &expected);
 }
 
 #[test]
 fn main_loop_with_ring_buffer() {
     let random = &mut ChaCha8Rng::seed_from_u64(3);
-    let description = shipped("nmea");
+    let description = description("nmea");
     let mut steps = steps(drawn_frames(&description, random), 70, random);
     for step in steps.chunks_exact_mut(2) {
         if step[0] == BYTE && random.random_range(0..500) == 0 {
@@ -338,7 +326,7 @@ fn main_loop_with_ring_buffer() {
 #[test]
 fn task_with_queue() {
     let random = &mut ChaCha8Rng::seed_from_u64(4);
-    let description = shipped("mavlink2");
+    let description = description("mavlink2");
     let mut steps = steps(drawn_frames(&description, random), usize::MAX, random);
     for step in steps.chunks_exact_mut(2) {
         if step[0] == BYTE && random.random_range(0..500) == 0 {
