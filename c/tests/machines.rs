@@ -72,8 +72,9 @@ fn on_avr(
 ) -> Vec<u32> {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
-    let numbers: String = steps.iter().map(|step| format!("{step},\n")).collect();
-    let text = format!("static const uint8_t STEPS[] PROGMEM = {{\n{numbers}}};\n");
+    let numbers: Vec<String> = steps.iter().map(u8::to_string).collect();
+    let numbers = numbers.join(",\n");
+    let text = format!("static const uint8_t STEPS[] PROGMEM = {{\n{numbers}\n}};\n");
     fs::write(folder.path().join("steps.h"), text).unwrap();
     let output = folder.path().join("program.elf");
     let options = [&["-I.", "-DON_CHIP", "-Os"], options].concat();
