@@ -44,13 +44,7 @@ impl Trial {
                 D::try_from(demand).ok().unwrap()
             })
         };
-        let parameters = parameters(demands(random), most.into(), random);
-        let FailsafeParameters {
-            longest_step,
-            hold_after,
-            ramp_after,
-            ..
-        } = parameters;
+        let p = parameters(demands(random), most.into(), random);
         let mut now: u32 = if random.random() {
             random.random()
         } else {
@@ -58,47 +52,41 @@ impl Trial {
         };
 
         let mut trial = Self::default();
-        trial.add(parameters.park);
-        trial.add_times([longest_step, hold_after, ramp_after]);
-        trial.steps.push(parameters.frames_to_start);
-        let FailsafeParameters {
-            approach_for,
-            approach_travel,
-            live_travel,
-            ..
-        } = parameters;
-        trial.add_times([approach_for, approach_travel, live_travel, now]);
-        let Ok(mut failsafe) = Failsafe::new(parameters, now) else {
+        trial.add(p.park);
+        trial.add_times([p.longest_step, p.hold_after, p.ramp_after]);
+        trial.steps.push(p.frames_to_start);
+        trial.add_times([p.approach_for, p.approach_travel, p.live_travel, now]);
+        let Ok(mut failsafe) = Failsafe::new(p, now) else {
             trial.said.push_str("contradiction\n");
             return trial;
         };
-        writeln!(trial.said, "{}", parameters.most_per_poll()).unwrap();
-        let mut all = demands(random);
+        writeln!(trial.said, "{}", p.most_per_poll()).unwrap();
+        let mut frame = demands(random);
         for _ in 0..600 {
             match random.random_range(0..200) {
                 0..100 => {
                     if random.random_range(0..12) == 0 {
-                        all = demands(random);
+                        frame = demands(random);
                     }
                     trial.steps.push(0);
-                    trial.add(all);
-                    failsafe.frame(all);
+                    trial.add(frame);
+                    failsafe.frame(frame);
                 }
                 100 => {
                     let output = demands(random);
                     trial.steps.push(2);
                     trial.add_times([now]);
                     trial.add(output);
-                    failsafe = Failsafe::resumed(parameters, now, output).unwrap();
+                    failsafe = Failsafe::resumed(p, now, output).unwrap();
                 }
                 _ => {
                     let mut below = |most: u32| random.random_range(0..most.max(1));
                     let elapsed = match below(60) {
                         0 => below(u32::MAX),
                         1 => 0_u32.wrapping_sub(below(5)),
-                        2 => below(hold_after.saturating_mul(2)),
-                        3 => below(ramp_after.saturating_mul(2)),
-                        _ => below(longest_step.saturating_add(1)),
+                        2 => below(p.hold_after.saturating_mul(2)),
+                        3 => below(p.ramp_after.saturating_mul(2)),
+                        _ => below(p.longest_step.saturating_add(1)),
                     };
                     now = now.wrapping_add(elapsed);
                     trial.steps.push(1);

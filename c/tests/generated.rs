@@ -73,6 +73,16 @@ pub(crate) const TRUNCATED: &str = "
     ]
 ";
 
+/// Frames that begin with an array, because they have no sync.
+const ARRAY_FIRST: &str = "
+    length = 9
+    checksum = { name = 'CRC-8', type = 'u8', at = -1 }
+    fields = [
+        { name = 'numbers', at = 0, type = 'i16le', count = 3 },
+        { name = 'small', at = 6, type = 'i8', count = 2 },
+    ]
+";
+
 impl Case {
     fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
         let description = Description::parse(name, text).unwrap();
@@ -103,6 +113,7 @@ fn cases(random_ones: usize) -> Vec<Case> {
         ("truncated", TRUNCATED),
         ("shared", SHARED_HEADER),
         ("late", LONGEST_FIRST),
+        ("array_first", ARRAY_FIRST),
     ];
     let shipped = SHIPPED.iter().chain(&others);
     let mut cases: Vec<Case> = shipped
