@@ -1,6 +1,5 @@
 //! Runs the Arduino sketches on a model of the board, `sketch.cpp`.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -9,8 +8,7 @@ use framelock::{Encode, EncodeInto, motion::Bin};
 use framelock_formats::crsf::{self, Crsf};
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, GXX, beside, succeeds};
-use crate::headers;
+use crate::compilers::{AVR, GXX, succeeds};
 
 /// The time of a byte at 115 200 baud, in microseconds.
 const BYTE: u32 = 87;
@@ -33,6 +31,11 @@ impl SerialLine {
         }
     }
 
+    fn send_without(&mut self, lost: usize, frame: &[u8]) {
+        self.send(&frame[..lost]);
+        self.send(&frame[lost + 1..]);
+    }
+
     fn pause(&mut self, microseconds: u32) {
         self.now += microseconds;
         self.gap += microseconds;
@@ -51,12 +54,9 @@ impl SerialLine {
         self.gaps_and_bytes.extend(self.gap.to_le_bytes());
         let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino");
         let sketch = library.join(format!("examples/{sketch}/{sketch}.ino"));
-        let here = TempDir::new().unwrap();
-        let program = here.path().join("program");
-        let include = format!("-I{}", headers::folder().display());
         let sketch = format!("-DSKETCH=\"{}\"", sketch.display());
-        GXX.compile_with_sanitizers(&beside("sketch.cpp"), &[&include, &sketch], &program);
-        let said = succeeds(&mut Command::new(program), &self.gaps_and_bytes, "");
+        let program = GXX.program("sketch.cpp", &[], &[&sketch]);
+        let said = program.run(&self.gaps_and_bytes);
         let changes = said.lines().map(|line| {
             let numbers: Vec<u32> = line.split(' ').map(|it| it.parse().unwrap()).collect();
             let [time, pin, value] = numbers[..] else {
@@ -81,10 +81,8 @@ fn positions(changes: &[Change]) -> Vec<(u32, [u32; 3])> {
     let edges: Vec<Change> = changes.iter().filter(|it| it.pin < 13).copied().collect();
     let pulses = edges.chunks_exact(2).map(|pulse| {
         let [up, down] = [pulse[0], pulse[1]];
-        assert!(
-            (up.pin, up.value, down.value) == (down.pin, 1, 0),
-            "{pulse:?}"
-        );
+        let is_pulse = (up.pin, up.value, down.value) == (down.pin, 1, 0);
+        assert!(is_pulse, "{pulse:?}");
         let width = down.time - up.time;
         assert!((1000..=2000).contains(&width), "{pulse:?}");
         // A unit is 3.9 microseconds, cut off to a whole number.
@@ -131,8 +129,7 @@ fn the_motion_platform_is_right_after_one_pause() {
     at.push((line.now, RIGHT));
     for lost in 0..AMBIGUOUS.len() {
         line.pause(10_000);
-        line.send(&AMBIGUOUS[..lost]);
-        line.send(&AMBIGUOUS[lost + 1..]);
+        line.send_without(lost, AMBIGUOUS);
         // The next bytes are a part of the faulty group, until the pause.
         line.repeat_for(20_000, AMBIGUOUS);
         line.pause(10_000);
@@ -153,11 +150,9 @@ fn the_motion_platform_is_right_after_one_pause() {
 fn the_motion_platform_never_moves_to_a_wrong_position() {
     let mut line = SerialLine::default();
     for number in 0..300 {
-        let lost = number % 40;
-        for (position, byte) in AMBIGUOUS.iter().enumerate() {
-            if lost != position {
-                line.send(&[*byte]);
-            }
+        match number % 40 {
+            lost @ 0..7 => line.send_without(lost, AMBIGUOUS),
+            _ => line.send(AMBIGUOUS),
         }
         line.pause(20_000 - 7 * BYTE);
     }
@@ -191,17 +186,12 @@ fn the_motion_platforms_pulses_are_right_with_an_int_of_16_bits() {
     let sketch = include_str!("../arduino/examples/MotionPlatform/MotionPlatform.ino");
     let (_, rest) = sketch.split_once("delayMicroseconds(").unwrap();
     let (width, _) = rest.split_once(");\n").unwrap();
-    let mut source = format!(
-        "#include <stdint.h>\nconstexpr uint32_t width(uint8_t position) {{ return {width}; }}\n"
-    );
-    for position in 0..=255 {
+    let function = format!("constexpr uint32_t width(uint8_t position) {{ return {width}; }}\n");
+    let checks = (0..=255).map(|position| {
         let expected = 1000 + position * 125 / 32;
-        writeln!(
-            source,
-            "static_assert(width({position}) == {expected}, \"\");"
-        )
-        .unwrap();
-    }
+        format!("static_assert(width({position}) == {expected}, \"\");\n")
+    });
+    let source = "#include <stdint.h>\n".to_owned() + &function + &checks.collect::<String>();
     let here = TempDir::new().unwrap();
     let file = here.path().join("width.cpp");
     fs::write(&file, source).unwrap();
@@ -222,11 +212,9 @@ fn channels(payload: &[u8]) -> Vec<u8> {
 /// Returns the brightness of the LED at pin 9, and whether the board's LED is on.
 fn leds_at(changes: &[Change], time: u32) -> (u32, bool) {
     let at = |pin| {
-        let mut before = changes
-            .iter()
-            .rev()
-            .filter(|it| it.pin == pin && it.time <= time);
-        before.next().map_or(0, |it| it.value)
+        let mut changes = changes.iter();
+        let last = changes.rfind(|change| change.pin == pin && change.time <= time);
+        last.map_or(0, |change| change.value)
     };
     (at(9), at(13) == 1)
 }
@@ -234,19 +222,11 @@ fn leds_at(changes: &[Change], time: u32) -> (u32, bool) {
 /// `EdgeTX` 2.11 appends a byte to the sixteen channels.
 #[test]
 fn the_crsf_receiver_ignores_further_bytes_of_the_payload() {
-    // All channels in the middle, except channel 1.
-    let mut payload = [0; 23];
-    let middle: u128 = 992;
-    let packed: Vec<u8> = (0..22)
-        .map(|at: u32| {
-            let bits = (0..8).filter(|bit| {
-                let number = at * 8 + bit;
-                middle >> (number % 11) & 1 == 1
-            });
-            bits.map(|bit| 1 << bit).sum()
-        })
-        .collect();
-    payload[..22].copy_from_slice(&packed);
+    // All channels in the middle: eleven bytes for eight channels.
+    let middle = [
+        0xE0, 0x03, 0x1F, 0xF8, 0xC0, 0x07, 0x3E, 0xF0, 0x81, 0x0F, 0x7C,
+    ];
+    let mut payload = [middle.repeat(2), vec![0]].concat();
     let (mut line, mut at) = (SerialLine::default(), vec![]);
     let mut send = |payload: &[u8], brightness| {
         line.send(&channels(payload));
@@ -303,8 +283,7 @@ fn the_crsf_receiver_is_right_after_one_pause() {
         line.pause(6_000);
         line.repeat_for(50_000, &frame);
         at.push((line.now, right));
-        line.send(&frame[..lost]);
-        line.send(&frame[lost + 1..]);
+        line.send_without(lost, &frame);
         line.repeat_for(20_000, &frame);
     }
     line.pause(6_000);

@@ -24,12 +24,10 @@ static bool next(int *kind, uint8_t *number)
     return *kind != EOF;
 }
 
-#if defined(INTERRUPT)
+#if defined(INTERRUPT) || defined(RING)
 static uint32_t now;
 static uint8_t in_uart;
 static bool is_wrong;
-static bool is_disabled;
-static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
 bool uart_has_error(void)
 {
@@ -40,6 +38,11 @@ uint8_t uart_read(void)
 {
     return in_uart;
 }
+#endif
+
+#if defined(INTERRUPT)
+static bool is_disabled;
+static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
 /* Interrupts `control`, unless the interrupts are disabled. */
 static void interrupt_control(void)
@@ -136,20 +139,6 @@ static void run(void)
     }
 }
 #elif defined(RING)
-static uint32_t now;
-static uint8_t in_uart;
-static bool is_wrong;
-
-bool uart_has_error(void)
-{
-    return is_wrong;
-}
-
-uint8_t uart_read(void)
-{
-    return in_uart;
-}
-
 uint32_t milliseconds(void)
 {
     return now;
