@@ -5,7 +5,7 @@ use std::time::Duration;
 use anyhow::{Error, Result};
 use framelock::motion::{FailsafeParameters, Output, Setpoint};
 use framelock_simulation::{
-    Event, Fate, FaultRates, LineTally, Origin, Parameters, Policy, Protocol, ReceiverTally, Seed,
+    Event, Fate, LineTally, Origin, Parameters, Policy, Protocol, ReceiverTally, Seed,
     SmoothMotion, StationKind, Transmission, Trial,
 };
 
@@ -20,15 +20,13 @@ const SLOT: u64 = BAUD as u64 / RATE;
 /// The seed of the motion and of the line's faults.
 const SEED: Seed = Seed { seed: 1, trial: 0 };
 
-/// While the seat moves, the line loses a byte, or inverts one of its bits, with these probabilities.
-pub(super) const FAULTS: FaultRates = FaultRates {
-    drop: 0.02,
-    flip: 0.002,
-};
-
-/// A failsafe for frames that are 100 ms apart. Its clock counts microseconds.
-const PARAMETERS: Parameters = Parameters {
+/// A line that loses a byte, or inverts one of its bits, with these probabilities while the seat moves. A failsafe for
+/// frames that are 100 ms apart, whose clock counts microseconds.
+pub(super) const PARAMETERS: Parameters = Parameters {
+    seed: SEED.seed,
     baud: BAUD,
+    lose: 0.02,
+    flip: 0.002,
     failsafe: FailsafeParameters {
         hold_after: 500_000,
         ramp_after: 2_500_000,
@@ -79,7 +77,7 @@ impl Demonstration {
             has_idle_gap: false,
         });
         let protocol = Protocol::named("bin").map_err(Error::msg)?;
-        let mut trial = Trial::new(&protocol, &PARAMETERS, SEED, FAULTS, &stations)?;
+        let mut trial = Trial::new(&protocol, &PARAMETERS, SEED.trial, &stations)?;
         trial.events = Some(Vec::new());
         trial.lost = Some(Origin {
             frame: LOSS,

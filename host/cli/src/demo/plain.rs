@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use super::demonstration::{Demonstration, FAULTS, Report};
+use super::demonstration::{Demonstration, PARAMETERS, Report};
 use super::script::{RATE, SECONDS};
 use super::story::story;
 
@@ -54,7 +54,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
         out,
         "{RATE} frames a second. While the seat moves, the line loses a byte with\n\
          probability {}, and inverts a bit of it with probability {}.",
-        FAULTS.drop, FAULTS.flip
+        PARAMETERS.lose, PARAMETERS.flip
     )?;
     if !demonstration.is_over() {
         let now = demonstration.now.as_secs_f64();

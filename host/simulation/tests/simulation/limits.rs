@@ -136,10 +136,11 @@ fn every_frame_and_every_byte_is_accounted_for() {
             counts.for_each(|(sum, count)| *sum += count);
             let commits = receiver.delivered + receiver.wrong_setpoints + receiver.false_frames;
             let pending = line.bytes_delivered - length * commits - receiver.bytes_discarded;
-            assert!(pending < length * tally.trials, "{parameters:?}");
+            let trials = u64::from(parameters.trials);
+            assert!(pending < length * trials, "{parameters:?}");
             assert!(receiver.delivered + receiver.lost_intact >= line.frames_intact);
             assert!(receiver.delivered <= line.frames_sent);
-            assert!(receiver.deaf <= receiver.lost_intact.min(tally.trials));
+            assert!(receiver.deaf <= receiver.lost_intact.min(trials));
         }
     }
     assert!(outcomes.iter().all(|count| *count > 0), "{outcomes:?}");
