@@ -122,24 +122,22 @@ struct SentFrame {
     transmission: Transmission,
     /// The bit at which the frame begins.
     begin: u64,
-    /// The number of bytes sent so far.
-    sent: usize,
     /// Whether the whole frame has arrived as it was sent.
     is_intact: bool,
 }
 
 impl SentFrame {
-    fn is_sent(&self) -> bool {
-        self.sent == self.transmission.bytes.len()
+    /// Returns the bit at which the frame ends.
+    fn end(&self) -> u64 {
+        self.begin + self.transmission.bytes.len() as u64 * BITS_PER_BYTE
     }
 
-    /// Returns the byte of this frame that is on the line at this bit, and the byte's position. Noise has no positions.
+    /// Returns the byte of this frame that is on the line at this bit, and the byte's position.
     fn byte_at(&self, bit: u64) -> Option<(Origin, u8)> {
         let (frame, bit) = (self.number, bit.checked_sub(self.begin)?);
         let place = usize::try_from(bit / BITS_PER_BYTE).ok()?;
         let &byte = self.transmission.bytes.get(place)?;
-        let is_frame = self.transmission.setpoint.is_some();
-        is_frame.then_some((Origin { frame, place }, byte))
+        Some((Origin { frame, place }, byte))
     }
 }
 
@@ -170,8 +168,6 @@ pub struct Trial {
     /// The latest received bytes, as many as a frame has.
     received: VecDeque<Received>,
     tally: LineTally,
-    /// The bit at which the last frame ended.
-    ended: u64,
     /// The bit of the next poll of the failsafes, and the number of bits between polls.
     next_poll: u64,
     poll_every: u64,
@@ -219,7 +215,6 @@ impl Trial {
             frames: VecDeque::new(),
             received: VecDeque::new(),
             tally: LineTally::default(),
-            ended: 0,
             next_poll: 0,
             poll_every: u64::from(parameters.baud / POLLS_PER_SECOND).max(1),
         })
@@ -255,21 +250,20 @@ impl Trial {
             number,
             transmission,
             begin: self.line.sent,
-            sent: 0,
             is_intact: false,
         });
     }
 
-    /// Returns the bit at which the next byte of the current frame begins, if there is one.
-    fn next_byte(&self) -> Option<u64> {
-        let frame = self.frames.back().filter(|frame| !frame.is_sent())?;
-        Some(frame.begin + frame.sent as u64 * BITS_PER_BYTE)
+    /// Returns whether a part of the current frame has not been sent yet.
+    fn is_sending(&self) -> bool {
+        let frame = self.frames.back();
+        frame.is_some_and(|frame| self.line.sent < frame.end())
     }
 
     /// Sends the rest of the current frame.
     fn send_rest(&mut self) {
-        while let Some(begin) = self.next_byte() {
-            self.advance_to(begin + BITS_PER_BYTE);
+        while self.is_sending() {
+            self.advance_to(self.line.sent + BITS_PER_BYTE);
         }
     }
 
@@ -278,31 +272,24 @@ impl Trial {
     pub fn advance_to(&mut self, bit: u64) {
         loop {
             let now = self.line.sent;
-            let byte = self.next_byte().unwrap_or(u64::MAX);
+            let is_sending = self.is_sending();
             if self.next_poll <= now {
                 let time = self.line.now();
                 self.stations.iter_mut().for_each(|each| each.poll(time));
                 self.next_poll = (now / self.poll_every + 1) * self.poll_every;
-            } else if byte <= now && byte + BITS_PER_BYTE <= bit {
-                self.send_byte();
-            } else if now < bit.min(byte) {
-                self.line.idle_until(bit.min(byte).min(self.next_poll));
+            } else if is_sending && now + BITS_PER_BYTE <= bit {
+                let frame = self.frames.back().expect("a frame is being sent");
+                let (_, byte) = frame.byte_at(now).expect("the frame has this byte");
+                self.line.send(byte);
+                self.tally.bytes_sent += 1;
+                self.hear();
+            } else if !is_sending && now < bit {
+                self.line.idle_until(bit.min(self.next_poll));
                 self.hear();
             } else {
                 return;
             }
         }
-    }
-
-    fn send_byte(&mut self) {
-        let frame = self.frames.back_mut().expect("a frame is being sent");
-        self.line.send(frame.transmission.bytes[frame.sent]);
-        self.tally.bytes_sent += 1;
-        frame.sent += 1;
-        if frame.is_sent() {
-            self.ended = self.line.sent;
-        }
-        self.hear();
     }
 
     fn see(&mut self, event: Event) {
@@ -329,7 +316,10 @@ impl Trial {
     /// Passes a byte to the stations, unless a fault after the UART loses the byte.
     fn hear_byte(&mut self, byte: u8, start: u64, at: u64) {
         let bit = self.line.bit_at(start);
-        let sent = self.frames.iter().find_map(|frame| frame.byte_at(bit));
+        // Bytes of noise have no positions.
+        let is_frame = |frame: &&SentFrame| frame.transmission.setpoint.is_some();
+        let mut frames = self.frames.iter().filter(is_frame);
+        let sent = frames.find_map(|frame| frame.byte_at(bit));
         let received = match sent {
             Some((origin, _)) if self.lost == Some(origin) => None,
             _ if self.is_faulty => self.faults.carry(byte),
@@ -376,9 +366,9 @@ impl Trial {
     /// Records the outcome of each frame of which no more bytes can come. This is certain two byte
     /// times after the frame's end.
     fn settle(&mut self) {
-        let is_open = self.line.sent < self.ended + 2 * BITS_PER_BYTE;
-        while !is_open
-            && self.frames.front().is_some_and(SentFrame::is_sent)
+        let settled = self.line.sent.saturating_sub(2 * BITS_PER_BYTE);
+        let is_settled = |frame: &SentFrame| frame.end() <= settled;
+        while self.frames.front().is_some_and(is_settled)
             && let Some(frame) = self.frames.pop_front()
         {
             let (number, is_intact) = (frame.number, frame.is_intact);
