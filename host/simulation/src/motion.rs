@@ -290,13 +290,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn an_axis_that_is_not_named_stays_level() {
-        let pitch_only = Motion {
-            axes: vec![Axis::Pitch],
-            ..eight()
-        };
-        assert_eq!(at(&pitch_only, 0.5), [228, 128, 128]);
-    }
 }

@@ -66,6 +66,11 @@ impl Run {
         self.cells.len()
     }
 
+    /// Returns the last position: the end of all bytes and of the silence after them.
+    pub fn positions(&self) -> usize {
+        self.cells.len() + SILENT_STEPS
+    }
+
     /// Returns the description of the frames.
     pub fn description(&self) -> String {
         self.protocol.text.clone()
@@ -141,11 +146,6 @@ impl Run {
         }
         run.saved.push(state);
         Ok(run)
-    }
-
-    /// Returns the last position: the end of all bytes and of the silence after them.
-    pub(crate) fn positions(&self) -> usize {
-        self.cells.len() + SILENT_STEPS
     }
 
     /// Returns the last saved state at or before a position.

@@ -10,6 +10,7 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
+use framelock::lecture::Lecture;
 use framelock_description::SHIPPED;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_web::{Run, frames, presets, problem};
@@ -143,8 +144,23 @@ fn the_counters_are_those_of_the_machines_at_every_position_of_every_preset() {
         let arrivals = arrivals(&run);
         for position in 0..=run.bytes() {
             let expected = counters(&address, &received(&arrivals, position));
-            let shown = shown(&view(&run, position, 0..0));
-            assert_eq!(shown, expected, "{address}&at={position}");
+            let view = view(&run, position, 0..0);
+            assert_eq!(shown(&view), expected, "{address}&at={position}");
+        }
+    }
+}
+
+#[test]
+fn the_lectures_machine_is_shown_at_every_position() {
+    for address in addresses().iter().filter(|it| it.starts_with("frame=bin&")) {
+        let run = opened(address);
+        let mut lecture = Lecture::new();
+        for (place, byte) in arrivals(&run).into_iter().enumerate() {
+            byte.map(|byte| lecture.push(byte));
+            let machine = see(&run, place + 1, "/machines/0");
+            assert_eq!(machine["state"], lecture.state.to_string());
+            let temporary = <[u8; 3]>::from(lecture.temp);
+            assert_eq!(machine["axes"]["temporary"], json!(temporary));
         }
     }
 }
