@@ -254,15 +254,15 @@ impl Trial {
         });
     }
 
-    /// Returns whether a part of the current frame has not been sent yet.
-    fn is_sending(&self) -> bool {
-        let frame = self.frames.back();
-        frame.is_some_and(|frame| self.line.sent < frame.end())
+    /// Returns the next byte of the current frame, if the frame has not been sent completely.
+    fn next_byte(&self) -> Option<u8> {
+        let (_, byte) = self.frames.back()?.byte_at(self.line.sent)?;
+        Some(byte)
     }
 
     /// Sends the rest of the current frame.
     fn send_rest(&mut self) {
-        while self.is_sending() {
+        while self.next_byte().is_some() {
             self.advance_to(self.line.sent + BITS_PER_BYTE);
         }
     }
@@ -272,23 +272,21 @@ impl Trial {
     pub fn advance_to(&mut self, bit: u64) {
         loop {
             let now = self.line.sent;
-            let is_sending = self.is_sending();
             if self.next_poll <= now {
                 let time = self.line.now();
                 self.stations.iter_mut().for_each(|each| each.poll(time));
                 self.next_poll = (now / self.poll_every + 1) * self.poll_every;
-            } else if is_sending && now + BITS_PER_BYTE <= bit {
-                let frame = self.frames.back().expect("a frame is being sent");
-                let (_, byte) = frame.byte_at(now).expect("the frame has this byte");
-                self.line.send(byte);
-                self.tally.bytes_sent += 1;
-                self.hear();
-            } else if !is_sending && now < bit {
-                self.line.idle_until(bit.min(self.next_poll));
-                self.hear();
-            } else {
-                return;
+                continue;
             }
+            match self.next_byte() {
+                Some(byte) if now + BITS_PER_BYTE <= bit => {
+                    self.line.send(byte);
+                    self.tally.bytes_sent += 1;
+                }
+                None if now < bit => self.line.idle_until(bit.min(self.next_poll)),
+                _ => return,
+            }
+            self.hear();
         }
     }
 
