@@ -325,9 +325,9 @@ page() {
 web() {
     browsers
     cargo xtask web
-    cargo build --package framelock-host
+    cargo build --package framelock-web --example views
     # The tests run in another folder, so the paths are absolute.
-    export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK="$target/debug/framelock"
+    export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK_VIEWS="$target/debug/examples/views"
     [ -z "${FRAMELOCK_PICTURES-}" ] || export FRAMELOCK_PICTURES="$PWD/$FRAMELOCK_PICTURES"
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use framelock_simulation::{ByteFaults, FaultRates, Seed};
+use framelock_oracles::{ByteFaults, FaultRates, Seed};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

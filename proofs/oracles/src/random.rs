@@ -7,16 +7,22 @@ use rand_chacha::ChaCha8Rng;
 /// one kind change neither the other faults nor the frames sent. The numbers never change, so that a seed gives the
 /// same results in each version.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Purpose {
+pub enum Purpose {
+    /// Inverted bits on the line.
     BitFlips = 0,
+    /// Bursts of noise on the line.
     Bursts = 1,
+    /// The levels of the line during a burst.
     BurstLevels = 3,
+    /// The frames of the sender.
     Sender = 4,
+    /// Lost bytes.
     Losses = 5,
     /// Values drawn once per trial.
     Once = 7,
+    /// Bytes of which one bit is inverted.
     ByteFlips = 8,
-    /// The bit that is inverted.
+    /// The inverted bits of these bytes.
     FaultValues = 10,
 }
 
@@ -33,7 +39,8 @@ impl Seed {
     /// Returns the generator for this purpose. In each trial, the purposes below 8 have eight
     /// consecutive stream numbers. The other purposes have consecutive stream numbers in the upper
     /// half of all stream numbers.
-    pub(crate) fn random(self, purpose: Purpose) -> ChaCha8Rng {
+    #[must_use]
+    pub fn random(self, purpose: Purpose) -> ChaCha8Rng {
         let purpose = purpose as u64;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream((purpose / 8) << 63 | (self.trial * 8 + purpose % 8));
@@ -46,7 +53,7 @@ impl Seed {
 ///
 /// The next occurrence is drawn in advance, so that positions without a fault cost nothing.
 #[derive(Debug)]
-pub(crate) struct Occurrences {
+pub struct Occurrences {
     random: ChaCha8Rng,
     /// The logarithm of the probability that no occurrence begins at a given position.
     quiet_logarithm: f64,
@@ -58,7 +65,8 @@ pub(crate) struct Occurrences {
 impl Occurrences {
     /// Draws the first occurrence. An occurrence begins at each free position with this
     /// `probability`, and lasts for `length` positions.
-    pub(crate) fn new(seed: Seed, purpose: Purpose, probability: f64, length: u64) -> Self {
+    #[must_use]
+    pub fn new(seed: Seed, purpose: Purpose, probability: f64, length: u64) -> Self {
         let mut occurrences = Self {
             random: seed.random(purpose),
             quiet_logarithm: libm::log1p(-probability),
@@ -81,7 +89,7 @@ impl Occurrences {
     }
 
     /// Returns the first position at or after `place` that is part of an occurrence.
-    pub(crate) fn next(&mut self, place: u64) -> u64 {
+    pub fn next(&mut self, place: u64) -> u64 {
         while self.begin.saturating_add(self.length) <= place {
             self.draw_from(self.begin + self.length);
         }
@@ -89,17 +97,18 @@ impl Occurrences {
     }
 
     /// Returns whether `place` is part of an occurrence.
-    pub(crate) fn happens(&mut self, place: u64) -> bool {
+    pub fn happens(&mut self, place: u64) -> bool {
         self.next(place) == place
     }
 }
 
 /// Rounds down to a whole number.
+#[must_use]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "the cast saturates, but no value gets there"
 )]
-pub(crate) fn whole(number: f64) -> u64 {
+pub fn whole(number: f64) -> u64 {
     number as u64
 }
