@@ -2,7 +2,7 @@
 //! `docs/protocol.md`).
 
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of, sample};
-use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
+use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, SerialLine};
 
 /// Whether RXDRDY also comes for a byte that is not stored. The specification does not say, so the tests cover both
 /// cases.
@@ -450,7 +450,7 @@ fn a_long_break_is_counted_once_with_its_length() {
 #[test]
 fn an_unconnected_pin_is_a_quiet_line() {
     let mut firmware = Firmware::at_power_on("default");
-    firmware.board.line(nrf52840_emulator::SerialLine::unplug);
+    firmware.board.line(SerialLine::unplug);
     firmware.run_for(100 * MILLISECOND);
     assert_eq!(firmware.counter("framing"), 0);
     assert_eq!(firmware.counter("bytes"), 0);
@@ -461,7 +461,7 @@ fn an_unconnected_pin_is_a_quiet_line() {
 #[test]
 fn a_sender_with_a_parity_bit_makes_framing_errors_and_moves_nothing() {
     let mut firmware = booted(false);
-    firmware.board.line(|line| line.set_parity(Parity::Even));
+    firmware.board.line(SerialLine::add_even_parity);
     let (_, bytes) = frames(60);
     firmware.send_and_wait(&bytes, 3 * MILLISECOND);
     assert!(firmware.commits().is_empty());

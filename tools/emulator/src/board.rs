@@ -309,7 +309,7 @@ impl Board {
             drop(chip);
             return Err(self.refused(refusal, self.pc));
         }
-        let bit = std::mem::take(&mut chip.peripherals.watchdog.own.bit);
+        let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
         let lines = chip.interrupts();
         drop(chip);
         if bit {

@@ -99,10 +99,6 @@ pub enum Refusal {
         peripheral: &'static str,
         how: &'static str,
     },
-    #[error("UICR at {address:#010x}: written while NVMC.CONFIG does not enable writing")]
-    UicrNotWritable { address: u32 },
-    #[error("PPI: more than {0} events at one instant; the channels form a loop")]
-    Loop(usize),
 }
 
 impl Refusal {

@@ -67,7 +67,7 @@ impl Board {
     /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
     /// the watchdog pauses unless WDT.CONFIG.HALT is 1.
     pub fn halt_for(&mut self, cycles: u64) {
-        self.shared.chip().peripherals.watchdog.own.pause(cycles);
+        self.shared.chip().peripherals.watchdog.pause(cycles);
         self.shared.touched.store(true, Relaxed);
         self.hold_off(self.now, cycles);
     }
@@ -83,14 +83,14 @@ impl Board {
         let mut chip = self.shared.chip();
         let none = || Error::Image(format!("there is no TIMER{timer}"));
         let unit = chip.peripherals.timers.get_mut(timer).ok_or_else(none)?;
-        unit.own.skip(counts);
+        unit.counter.skip(counts);
         Ok(())
     }
 
     /// Breaks a word of UICR, given by its offset: from now on, writing the word leaves these bits at 1.
     pub fn break_uicr(&mut self, offset: u32, bits: u32) {
         let mut chip = self.shared.chip();
-        chip.nonvolatile.broken.insert(offset, bits);
+        chip.uicr.broken.insert(offset, bits);
     }
 
     /// Resets the chip by its reset pin.

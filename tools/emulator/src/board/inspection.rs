@@ -87,12 +87,6 @@ impl Board {
         self.shared.chip().context.pins
     }
 
-    /// Returns whether the firmware has turned the instruction cache on.
-    #[must_use]
-    pub fn instruction_cache_is_on(&self) -> bool {
-        self.shared.chip().nonvolatile.caches()
-    }
-
     /// Returns whether a debugger has access on a chip of build code F or later. A debugger has access if
     /// UICR.APPROTECT was 0x5A at the last reset and the firmware has since written 0x5A to APPROTECT.DISABLE. See
     /// section "Debug and trace", "Access port protection controlled by hardware and software".

@@ -86,7 +86,7 @@ fn what_the_firmware_does_wrong_fails_the_run() {
         &["--seconds", "1"],
     );
     assert!(!output.status.success());
-    assert!(text(&output.stderr).contains("error: hardfault at pc 0x00000100"));
+    assert!(text(&output.stderr).contains("Error: hardfault at pc 0x00000100"));
 }
 
 #[test]
@@ -149,11 +149,11 @@ fn standard_input_is_read_before_it_ends() {
 }
 
 /// The board listens on a pseudo-terminal, whose name is printed first. Bytes that are control
-/// characters for a terminal arrive like all others. Ctrl-C (SIGINT) ends the run.
+/// characters for a terminal arrive like all others.
 #[cfg(unix)]
 #[test]
 fn it_listens_at_a_pseudo_terminal() {
-    use std::io::{BufRead, BufReader, Read, Write};
+    use std::io::{BufRead, BufReader, Write};
 
     let image = resets_after_seven_bytes();
     let mut command = emulator("pty.elf", &image, &["--input", "pty"]);
@@ -175,10 +175,4 @@ fn it_listens_at_a_pseudo_terminal() {
     let mut line = String::new();
     lines.read_line(&mut line).unwrap();
     assert!(line.ends_with("reset     soft\n"), "{line}");
-    let pid = nix::unistd::Pid::from_raw(child.id().try_into().unwrap());
-    nix::sys::signal::kill(pid, nix::sys::signal::SIGINT).unwrap();
-    let mut rest = String::new();
-    errors.read_to_string(&mut rest).unwrap();
-    assert!(child.wait().unwrap().success());
-    assert!(rest.contains("7 bytes sent"), "{rest}");
 }

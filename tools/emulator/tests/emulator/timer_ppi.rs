@@ -3,6 +3,8 @@
 use crate::registers::*;
 use nrf52840_emulator::{Access, Board, Error, MICROSECOND, Refusal};
 
+const BITS_32: u32 = 3;
+
 const TIMER1: u32 = 0x4000_9000;
 const TIMER2: u32 = 0x4000_A000;
 const START: u32 = 0x000;
@@ -27,10 +29,14 @@ const FORK_0: u32 = PPI + 0x910;
 /// Returns a board on which a timer of 32 bits counts microseconds.
 fn microseconds(timer: u32) -> Board {
     let mut board = asleep();
-    board.set(timer + BITMODE, 3);
     board.set(timer + PRESCALER, 4);
-    board.set(timer + START, 1);
+    start(&mut board, timer);
     board
+}
+
+fn start(board: &mut Board, timer: u32) {
+    board.set(timer + BITMODE, BITS_32);
+    board.set(timer + START, 1);
 }
 
 fn count(board: &mut Board, timer: u32) -> u32 {
@@ -102,20 +108,11 @@ fn shorts_clear_and_stop_at_a_compare() {
 }
 
 #[test]
-fn eight_bits_wrap() {
-    let mut board = asleep();
-    board.set(TIMER1 + BITMODE, 1);
-    board.set(TIMER1 + START, 1);
-    board.wait(260 * MICROSECOND);
-    assert_eq!(count(&mut board, TIMER1), 4);
-}
-
-#[test]
 fn a_counter_counts_tasks_not_time() {
     let mut board = asleep();
     board.set(TIMER1 + MODE, 2);
     board.set(TIMER1 + CC + 4, 2);
-    board.set(TIMER1 + START, 1);
+    start(&mut board, TIMER1);
     board.wait(100 * MICROSECOND);
     assert_eq!(count(&mut board, TIMER1), 0);
     board.set(TIMER1 + COUNT, 1);
@@ -130,8 +127,8 @@ fn a_counter_counts_tasks_not_time() {
 fn an_event_triggers_a_task_and_its_fork() {
     let mut board = receiving(8);
     board.set(TIMER1 + MODE, 2);
-    board.set(TIMER1 + START, 1);
-    board.set(TIMER2 + START, 1);
+    start(&mut board, TIMER1);
+    start(&mut board, TIMER2);
     board.set(CHANNEL_0, RXDRDY);
     board.set(CHANNEL_0 + 4, TIMER1 + COUNT);
     board.set(FORK_0, TIMER2 + CLEAR);
@@ -177,12 +174,23 @@ fn what_is_not_modelled_is_an_error_and_says_where() {
             ..
         }
     ));
-    // A fixed PPI channel.
-    let error = board.set_register(CHENSET, 1 << 20).unwrap_err();
-    assert!(error.to_string().contains("PPI at 0x4001f504"), "{error}");
-    // The transmitter.
-    let error = board.set_register(UARTE + 8, 1).unwrap_err();
-    assert!(error.to_string().contains("UARTE0"), "{error}");
+    for (register, value, name) in [
+        // A fixed channel of PPI.
+        (CHENSET, 1 << 20, "PPI at 0x4001f504"),
+        // A task of the transmitter.
+        (UARTE + 8, 1, "UARTE0 at 0x40002008"),
+        // A loop, and a sequence of two steps.
+        (0x4001_C514, 1, "PWM0 at 0x4001c514"),
+        (0x4001_C524, 8, "PWM0 at 0x4001c524"),
+        // A timer of 16 bits.
+        (TIMER1 + START, 1, "TIMER1 at 0x40009000"),
+        // The reserved words after the last register of UICR.
+        (0x1000_1308, 0, "UICR"),
+        (0x1000_0100, 0, "FICR at 0x10000100"),
+    ] {
+        let error = asleep().set_register(register, value).unwrap_err();
+        assert!(error.to_string().contains(name), "{error}");
+    }
 }
 
 #[test]
@@ -190,7 +198,7 @@ fn channels_that_form_a_loop_are_an_error() {
     let mut board = asleep();
     board.set(TIMER1 + MODE, 2);
     board.set(TIMER1 + CC, 1);
-    board.set(TIMER1 + START, 1);
+    start(&mut board, TIMER1);
     board.set(TIMER1 + SHORTS, 1);
     board.set(CHANNEL_0, TIMER1 + COMPARE);
     board.set(CHANNEL_0 + 4, TIMER1 + COUNT);
