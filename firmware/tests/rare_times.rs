@@ -140,11 +140,9 @@ fn a_wrap_of_the_clock_changes_nothing_in_any_state() {
 #[test]
 fn after_hours_of_silence_the_outputs_are_parked_and_start_as_always() {
     let mut firmware = Firmware::booted("default");
-    let drive = |firmware: &mut Firmware, frames: u32| {
+    let drive = |firmware: &mut Firmware, frames: u64| {
         let from = firmware.board.now();
-        for _ in 0..frames {
-            firmware.send_and_wait(&frame([255, 0, 128]), 10 * MILLISECOND);
-        }
+        firmware.drive(10 * frames, 10, |_| [255, 0, 128]);
         pulses(firmware, from)
     };
     drive(&mut firmware, 150);

@@ -173,7 +173,7 @@ impl<'a> Events<'a> {
             events.push((self.pulses_end, "pulses", "none".to_owned()));
         }
         let resets = trace.resets.iter();
-        events.extend(resets.map(|reset| (reset.at, "reset", reset.cause.to_string())));
+        events.extend(resets.map(|reset| (reset.at, "reset", format!("{:?}", reset.cause))));
         // A log line has no time of its own. The line is shown with the time at which it was fetched, at most a slice
         // after the firmware wrote the line.
         let lines = self.log.lines(&board.take_rtt(0)).into_iter();

@@ -11,7 +11,6 @@ const PWM_ENABLE: u32 = PWM + 0x500;
 const COUNTERTOP: u32 = PWM + 0x508;
 const PWM_PRESCALER: u32 = PWM + 0x50C;
 const DECODER: u32 = PWM + 0x510;
-const LOOP: u32 = PWM + 0x514;
 const SEQ0_PTR: u32 = PWM + 0x520;
 const SEQ0_CNT: u32 = PWM + 0x524;
 const PSEL_OUT0: u32 = PWM + 0x560;
@@ -61,11 +60,12 @@ fn widths(board: &mut Board) -> Vec<[Option<u64>; 4]> {
 
 #[test]
 fn pulses_are_as_wide_as_the_values_say() {
-    let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
+    // Without the polarity bit, the rest of the period is high.
+    let mut board = servos(&[pulse(1_000), 1_498, pulse(2_000), 0]);
     board.set(SEQSTART0, 1);
     board.wait(45 * MILLISECOND);
     // A step is repeated until another sequence starts. The fourth channel has no pin.
-    let pulses = [Some(1_000), Some(1_498), Some(2_000), None];
+    let pulses = [Some(1_000), Some(18_502), Some(2_000), None];
     assert_eq!(widths(&mut board), [pulses; 3]);
     let periods = &board.trace().pwm_periods;
     assert!(
@@ -73,28 +73,6 @@ fn pulses_are_as_wide_as_the_values_say() {
             .iter()
             .all(|period| period.length == 20 * MILLISECOND)
     );
-}
-
-#[test]
-fn without_the_polarity_bit_the_rest_of_the_period_is_high() {
-    let mut board = servos(&[1_000, 20_000, 0, 0]);
-    board.set(SEQSTART0, 1);
-    assert_eq!(
-        widths(&mut board),
-        [[Some(19_000), Some(0), Some(20_000), None]]
-    );
-}
-
-#[test]
-fn a_start_while_it_runs_takes_effect_with_the_next_period() {
-    let mut board = servos(&[pulse(1_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(5 * MILLISECOND);
-    write_values(&mut board, &[pulse(2_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(20 * MILLISECOND);
-    let [first, second] = [1_000, 2_000].map(|w| [Some(w), Some(w), Some(w), None]);
-    assert_eq!(widths(&mut board), [first, second]);
 }
 
 #[test]
@@ -108,22 +86,6 @@ fn stopping_waits_for_the_end_of_the_period() {
     assert!(board.take_event(STOPPED));
     board.wait(100 * MILLISECOND);
     assert_eq!(board.trace().pwm_periods.len(), 1);
-}
-
-#[test]
-fn a_reset_ends_the_pulses_and_they_have_been_seen() {
-    let mut board = servos(&[pulse(1_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(25 * MILLISECOND);
-    board.reset();
-    board.wait(50 * MILLISECOND);
-    assert_eq!(board.trace().pwm_periods.len(), 2);
-}
-
-#[test]
-fn a_loop_is_refused() {
-    let mut board = servos(&[0; 4]);
-    assert!(board.set_register(LOOP, 1).is_err());
 }
 
 /// Returns a board whose watchdog times out after 3277 cycles of 32.768 kHz, 100 ms.
@@ -244,6 +206,7 @@ fn seqstart_may_cut_the_period() {
         board.assume(Assumptions::default().with(|a| a.start_cuts_period = cuts));
         board.set(SEQSTART0, 1);
         board.wait(1_200 * MICROSECOND);
+        write_values(&mut board, &[pulse(500); 4]);
         board.set(SEQSTART0, 1);
         board.wait(30 * MILLISECOND);
         let first = board.trace().pwm_periods[0];
@@ -251,6 +214,12 @@ fn seqstart_may_cut_the_period() {
         assert!(first.length.abs_diff(length * MICROSECOND) < 100);
         assert_eq!(first.pulses()[0], Some(1_000));
         assert_eq!(first.pulses()[1] == Some(1_498), !cuts);
+        assert_eq!(board.trace().pwm_periods[1].pulses()[0], Some(500));
+        // A reset ends the pulses.
+        let periods = board.trace().pwm_periods.len();
+        board.reset();
+        board.wait(50 * MILLISECOND);
+        assert_eq!(board.trace().pwm_periods.len(), periods);
     }
 }
 

@@ -8,7 +8,6 @@ pub(crate) const STARTRX: u32 = UARTE;
 pub(crate) const STOPRX: u32 = UARTE + 0x004;
 pub(crate) const RXDRDY: u32 = UARTE + 0x108;
 pub(crate) const ENDRX: u32 = UARTE + 0x110;
-pub(crate) const ERROR: u32 = UARTE + 0x124;
 pub(crate) const RXTO: u32 = UARTE + 0x144;
 pub(crate) const RXSTARTED: u32 = UARTE + 0x14C;
 pub(crate) const UARTE_SHORTS: u32 = UARTE + 0x200;

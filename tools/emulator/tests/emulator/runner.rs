@@ -73,7 +73,7 @@ fn events_are_printed_at_their_time() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let first = text(&output.stdout);
     let first = first.lines().next().unwrap();
-    assert_eq!(first, "       0.001 ms  reset     soft");
+    assert_eq!(first, "       0.001 ms  reset     Soft");
     assert!(text(&output.stderr).contains("10 ms emulated: 0 bytes sent"));
 }
 
@@ -126,7 +126,7 @@ fn a_file_is_sent_at_the_lines_rate() {
     let image = resets_after_seven_bytes();
     let output = emulate("file.elf", &image, &["--input", bytes.to_str().unwrap()]);
     // 5 ms to boot, plus seven bytes at 115200 baud up to the middle of the last stop bit.
-    assert_eq!(text(&output.stdout), "       5.605 ms  reset     soft\n");
+    assert_eq!(text(&output.stdout), "       5.605 ms  reset     Soft\n");
     assert!(text(&output.stderr).contains("1005 ms emulated: 7 bytes sent;"));
 }
 
@@ -143,7 +143,7 @@ fn standard_input_is_read_before_it_ends() {
     let mut line = String::new();
     let mut lines = BufReader::new(child.stdout.take().unwrap());
     lines.read_line(&mut line).unwrap();
-    assert!(line.ends_with("reset     soft\n"), "{line}");
+    assert!(line.ends_with("reset     Soft\n"), "{line}");
     drop(input);
     assert!(child.wait().unwrap().success(), "it ends with its input");
 }
@@ -174,5 +174,5 @@ fn it_listens_at_a_pseudo_terminal() {
     }
     let mut line = String::new();
     lines.read_line(&mut line).unwrap();
-    assert!(line.ends_with("reset     soft\n"), "{line}");
+    assert!(line.ends_with("reset     Soft\n"), "{line}");
 }
