@@ -25,7 +25,7 @@ fn skip_to(firmware: &mut Firmware, then: u32) {
     loop {
         let rest = then.wrapping_sub(count(firmware));
         let skipped = rest.min(1 << 30);
-        firmware.board.skip_counts(0, skipped).unwrap();
+        firmware.board.skip_counts(skipped).unwrap();
         if skipped == rest {
             break;
         }
@@ -40,7 +40,7 @@ fn starts_before_the_wrap(microseconds: u32) -> Firmware {
         firmware.run_for(1);
     }
     let skipped = microseconds.wrapping_neg();
-    firmware.board.skip_counts(0, skipped).unwrap();
+    firmware.board.skip_counts(skipped).unwrap();
     firmware
 }
 

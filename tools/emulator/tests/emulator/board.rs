@@ -223,17 +223,6 @@ fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
     assert_eq!(board.get(0x4000_0400), 0b110, "the causes add up");
 }
 
-/// The sender at the other end is not affected by a reset of the chip.
-#[test]
-fn a_reset_leaves_the_line_as_it_is() {
-    let mut board = receiving(8);
-    board.reset();
-    start_receiving(&mut board, BAUD_1M, 1);
-    board.send(b"a");
-    board.wait(20 * MICROSECOND);
-    assert_eq!(board.bytes(BUFFER, 1), b"a");
-}
-
 #[test]
 fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     // Reads GPIOTE.

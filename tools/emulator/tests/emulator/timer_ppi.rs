@@ -5,6 +5,7 @@ use nrf52840_emulator::{Access, Board, Error, MICROSECOND, Refusal};
 
 const BITS_32: u32 = 3;
 
+const TIMER0: u32 = 0x4000_8000;
 const TIMER1: u32 = 0x4000_9000;
 const TIMER2: u32 = 0x4000_A000;
 const START: u32 = 0x000;
@@ -209,16 +210,15 @@ fn channels_that_form_a_loop_are_an_error() {
 
 #[test]
 fn skipped_counts_leave_the_next_events_as_far_away_and_reach_the_wrap() {
-    let mut board = microseconds(TIMER1);
-    board.set(TIMER1 + CC + 4, 150);
+    let mut board = microseconds(TIMER0);
+    board.set(TIMER0 + CC + 4, 150);
     board.wait(50 * MICROSECOND);
-    let before = count(&mut board, TIMER1);
-    board.skip_counts(1, u32::MAX - 100).unwrap();
-    assert_eq!(count(&mut board, TIMER1), before.wrapping_sub(101));
+    let before = count(&mut board, TIMER0);
+    board.skip_counts(u32::MAX - 100).unwrap();
+    assert_eq!(count(&mut board, TIMER0), before.wrapping_sub(101));
     board.wait(90 * MICROSECOND);
-    assert_eq!(board.get(TIMER1 + COMPARE + 4), 0);
+    assert_eq!(board.get(TIMER0 + COMPARE + 4), 0);
     board.wait(20 * MICROSECOND);
-    assert_eq!(board.get(TIMER1 + COMPARE + 4), 1);
-    assert!(count(&mut board, TIMER1) < 100, "the count has wrapped");
-    assert!(board.skip_counts(5, 1).is_err());
+    assert_eq!(board.get(TIMER0 + COMPARE + 4), 1);
+    assert!(count(&mut board, TIMER0) < 100, "the count has wrapped");
 }
