@@ -184,7 +184,7 @@ const DEVIATIONS: [(&str, Deviate); 21] = [
     ("ready_lag", |a, up_to| a.ready_lag = up_to(LATEST_READY)),
     ("ready_at_store", |a, _| a.ready_at_store = true),
     ("ready_on_framing_error", |a, _| {
-        a.ready_on_framing_error = true
+        a.ready_on_framing_error = true;
     }),
     ("ready_on_overrun", |a, _| a.ready_on_overrun = true),
     ("lost_ready", |a, up_to| a.lost_ready = few(up_to)),
@@ -201,7 +201,7 @@ const DEVIATIONS: [(&str, Deviate); 21] = [
     ("causeless_timeout", |a, _| a.causeless_timeout = true),
     ("start_drops_byte", |a, _| a.start_drops_byte = true),
     ("start_twice_is_ignored", |a, _| {
-        a.start_twice_is_ignored = true
+        a.start_twice_is_ignored = true;
     }),
     ("start_cuts_period", |a, _| a.start_cuts_period = true),
     ("twice_is_once", |a, _| a.twice_is_once = true),

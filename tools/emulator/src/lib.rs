@@ -32,7 +32,7 @@
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
 //! | UICR, NVMC | `nonvolatile.rs` | writing words, switching the instruction cache (without effect) |
 //! | TEMP | `nonvolatile.rs` | writing the calibration (without effect) |
-//! | GPIO | `gpio.rs` | PIN_CNF, OUTSET, OUTCLR, IN |
+//! | GPIO | `gpio.rs` | `PIN_CNF`, OUTSET, OUTCLR, IN |
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
 //! Only those registers are modelled that the firmware, the examples and the tests use. Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that

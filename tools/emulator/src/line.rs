@@ -23,6 +23,7 @@ pub enum Symbol {
 
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "levels and settings")]
 pub struct SerialLine {
     /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.

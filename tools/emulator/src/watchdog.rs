@@ -67,14 +67,13 @@ impl Peripheral for Watchdog {
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         match (offset, self.bites_at) {
             // "Can only be changed before the watchdog is started." Later writes have no effect.
-            (CRV | RREN, Some(_)) => {}
+            (CRV | RREN, Some(_)) | (RR0, None) => {}
             (RR0, Some(bites_at)) => {
                 // In the last two cycles, a reload request comes too late.
                 if value == RELOAD && context.now + low_frequency(2) < bites_at {
                     self.reload(context.now);
                 }
             }
-            (RR0, None) => {}
             _ => self.common.store(offset, value)?,
         }
         Some(())

@@ -168,10 +168,9 @@ pub fn run_within(limit: Duration, command: &mut Command, input: &[u8]) -> io::R
     Process::start_within(limit, command)?.feed(input)
 }
 
+#[cfg(unix)]
 #[cfg(test)]
 mod tests {
-    #![cfg(unix)]
-
     use std::time::Instant;
 
     use super::*;

@@ -140,9 +140,8 @@ impl Board {
             self.step(u64::MAX)?;
         }
         let mut registers = self.core.regs();
-        if let Some(pc) = registers.r.last_mut() {
-            *pc = address;
-        }
+        let [.., pc] = &mut registers.r;
+        *pc = address;
         registers.xpsr &= !xpsr::IT_MASK;
         registers.primask = false;
         self.core.set_regs(registers);

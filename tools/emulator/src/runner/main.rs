@@ -135,16 +135,16 @@ struct Events<'a> {
 
 impl<'a> Events<'a> {
     fn new(log: &'a LogTable, watches: &'a [Watch], board: &mut Board) -> Self {
-        let mut watched = Vec::new();
+        let mut found = Vec::new();
         for watch in watches {
             match board.watch(&watch.0) {
-                Ok(_) => watched.push(watch),
+                Ok(_) => found.push(watch),
                 Err(error) => eprintln!("{} is not shown: {error}", watch.0),
             }
         }
         Self {
             log: log.decoder(),
-            watches: watched,
+            watches: found,
             pulses: Vec::new(),
             pulses_end: 0,
         }
@@ -156,7 +156,8 @@ impl<'a> Events<'a> {
         let trace = std::mem::take(board.trace());
         let mut events: Vec<(u64, &str, String)> = Vec::new();
         for change in trace.changes {
-            let (symbol, names) = self.watches[change.watch];
+            let watch = self.watches.get(change.watch);
+            let (symbol, names) = watch.expect("the number of a watch");
             events.push((change.at, symbol, word(names, change.value)));
         }
         for period in trace.pwm_periods {
