@@ -159,13 +159,8 @@ fn it_runs_to_a_symbol() {
 #[test]
 fn a_symbol_that_is_not_there_is_an_error() {
     let board = ticking();
-    assert_eq!(
-        board.word("TOCKS"),
-        Err(Error::Symbol {
-            name: "TOCKS".to_owned(),
-            found: 0
-        })
-    );
+    let error = board.word("TOCKS").unwrap_err();
+    assert!(error.to_string().contains("0 symbols named `TOCKS`"));
 }
 
 #[test]
@@ -245,29 +240,18 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     );
 }
 
+/// Writing to flash is a fault, too.
 #[test]
 fn a_fault_ends_the_emulation_with_its_status() {
-    // udf
-    let error = board_of(&[0xDE00], &[RETURN]).run_for(100).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Fault {
-                pc: 0x100,
-                cfsr: 0x1_0000,
-                ..
-            }
-        ),
-        "{error}"
-    );
-}
-
-#[test]
-fn flash_is_not_written_by_accident() {
-    let mut main = load(0, 0x100).to_vec();
-    main.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
-    let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
-    assert!(matches!(error, Error::Fault { bfar: 0x100, .. }), "{error}");
+    let undefined = vec![0xDE00]; // udf
+    let writes = [&load(0, 0x104)[..], &[0x6001, 0xE7FE]].concat(); // str r1, [r0]; b .
+    for (main, status) in [
+        (undefined, "pc 0x00000100: CFSR 0x00010000"),
+        (writes, "address 0x00000104"),
+    ] {
+        let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
+        assert!(error.to_string().contains(status), "{error}");
+    }
 }
 
 /// The test prepares RTT's control block and reads it like a debug probe.
