@@ -50,6 +50,16 @@ pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
 }
 
 #[test]
+fn from_power_on_the_servos_are_parked() {
+    let mut firmware = Firmware::booted("default");
+    firmware.run_for(100 * MILLISECOND);
+    for widths in pulses(&mut firmware, 0) {
+        assert_eq!(widths, [pulse(PARK); 3]);
+    }
+    assert_eq!(firmware.leds(), [false, false, true]);
+}
+
+#[test]
 fn silence_holds_then_ramps_then_parks() {
     let mut firmware = Firmware::booted("default");
     parks_in_silence(&mut firmware);

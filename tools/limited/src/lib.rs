@@ -104,11 +104,15 @@ impl Process {
             scope.spawn(move || stdin.is_some_and(|mut stdin| stdin.write_all(input).is_ok()));
             self.wait()
         })?;
-        let held = |_| io::Error::other("a child of the process still holds its output");
+        let bytes = |pipe: Receiver<io::Result<Vec<u8>>>| {
+            let held = "a child of the process still holds its output";
+            let read = pipe.recv_timeout(HELD);
+            read.unwrap_or_else(|_| Err(io::Error::other(held)))
+        };
         Ok(Output {
             status,
-            stdout: stdout.recv_timeout(HELD).map_err(held)??,
-            stderr: stderr.recv_timeout(HELD).map_err(held)??,
+            stdout: bytes(stdout)?,
+            stderr: bytes(stderr)?,
         })
     }
 
