@@ -54,7 +54,7 @@ impl Entry {
             on_chip: None,
             deliver: Box::new(move |stream, piece| {
                 let mut delivered = Vec::new();
-                hand_over(&mut new(), stream, piece, |taken, message| {
+                hand_over(new(), stream, piece, |taken, message| {
                     let key = key(message);
                     delivered.push(Delivered { key, taken });
                 });
@@ -62,12 +62,7 @@ impl Entry {
             }),
             time: Box::new(move |stream, piece| {
                 let begin = Instant::now();
-                let mut contender = new();
-                hand_over(&mut contender, black_box(stream), piece, |_, message| {
-                    see(message);
-                });
-                // Keep the compiler from removing the counters.
-                black_box(contender);
+                hand_over(new(), black_box(stream), piece, |_, message| see(message));
                 begin.elapsed()
             }),
             reference: None,
@@ -108,7 +103,7 @@ pub(crate) struct Alone<P>(pub(crate) P);
 struct InLine<P>(Line<P>);
 
 macro_rules! contender {
-    ($name:ident) => {
+    ($name:ident $(, $finish:item)?) => {
         impl<P: Parser + 'static> Contender for $name<P> {
             type Message<'a> = P::Message<'a>;
 
@@ -121,17 +116,25 @@ macro_rules! contender {
                 });
             }
 
-            #[inline(always)]
+            #[inline]
             fn push(&mut self, byte: u8, mut found: impl FnMut(P::Message<'_>)) {
                 if let Some(message) = self.0.push(byte) {
                     found(message);
                 }
             }
+
+            $($finish)?
         }
     };
 }
 contender!(Alone);
-contender!(InLine);
+contender!(
+    InLine,
+    #[inline]
+    fn finish(&self) {
+        black_box(self.0.counters());
+    }
+);
 
 /// Returns framelock's receiver of a format twice: alone, and in a `Line`. The buffer has `N` bytes, twice the length of
 /// the longest frame.
@@ -196,25 +199,48 @@ fn reference<F: Format + Copy + 'static>(format: F) -> Reference {
     })
 }
 
-#[inline(always)]
+/// Passes a stream to a contender. The two loops are separate functions, so that the compiler may keep the contender in
+/// registers in the first one.
 fn hand_over<C: Contender>(
-    contender: &mut C,
+    contender: C,
+    stream: &[u8],
+    piece: usize,
+    found: impl FnMut(usize, C::Message<'_>),
+) {
+    if piece == 1 {
+        by_byte(contender, stream, found);
+    } else {
+        in_pieces(contender, stream, piece, found);
+    }
+}
+
+#[inline(never)]
+fn by_byte<C: Contender>(
+    mut contender: C,
+    stream: &[u8],
+    mut found: impl FnMut(usize, C::Message<'_>),
+) {
+    let mut taken = 0;
+    for &byte in stream {
+        taken += 1;
+        contender.push(byte, |message| found(taken, message));
+    }
+    contender.finish();
+}
+
+#[inline(never)]
+fn in_pieces<C: Contender>(
+    mut contender: C,
     stream: &[u8],
     piece: usize,
     mut found: impl FnMut(usize, C::Message<'_>),
 ) {
     let mut taken = 0;
-    if piece == 1 {
-        for &byte in stream {
-            taken += 1;
-            contender.push(byte, |message| found(taken, message));
-        }
-    } else {
-        for bytes in stream.chunks(piece) {
-            taken += bytes.len();
-            contender.feed(bytes, |message| found(taken, message));
-        }
+    for bytes in stream.chunks(piece) {
+        taken += bytes.len();
+        contender.feed(bytes, |message| found(taken, message));
     }
+    contender.finish();
 }
 
 /// Finds BIN frames with a regular expression. Keeps the bytes at the end that may begin a frame.

@@ -5,9 +5,8 @@
     clippy::indexing_slicing,
     clippy::cast_precision_loss,
     clippy::doc_markdown,
-    clippy::inline_always,
     clippy::type_complexity,
-    reason = "a failed benchmark panics; times are rounded; MAVLink and iBUS are names; the loops over a stream are measured inlined; closures have no shorter types"
+    reason = "a failed benchmark panics; times are rounded; MAVLink and iBUS are names; closures have no shorter types"
 )]
 
 use std::error::Error;
