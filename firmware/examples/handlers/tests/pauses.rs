@@ -1,5 +1,6 @@
 //! Tests that the handler of each example is right after one pause, as `core/tests/suite/examples.rs` tests the core's
 //! examples.
+#![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 use framelock::motion::Setpoint;
 use framelock::{Line, LineEvent, Receiver};
