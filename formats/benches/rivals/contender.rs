@@ -220,10 +220,8 @@ fn by_byte<C: Contender>(
     stream: &[u8],
     mut found: impl FnMut(usize, C::Message<'_>),
 ) {
-    let mut taken = 0;
-    for &byte in stream {
-        taken += 1;
-        contender.push(byte, |message| found(taken, message));
+    for (taken, &byte) in stream.iter().enumerate() {
+        contender.push(byte, |message| found(taken + 1, message));
     }
     contender.finish();
 }
