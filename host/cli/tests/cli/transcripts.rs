@@ -111,7 +111,7 @@ fn a_page_that_shows_another_output_fails() {
 #[test]
 fn examples_in_help_texts_and_in_other_pages_run() {
     let help = files("host/cli/src/help", "txt");
-    let pages = ["README.md", "BENCHMARKS.md", "firmware/README.md"].map(|page| root().join(page));
+    let pages = ["README.md", "firmware/README.md"].map(|page| root().join(page));
     let docs = files("docs", "md").into_iter();
     let docs = docs.filter(|path| !GUIDES.iter().any(|guide| path.ends_with(guide)));
     let mut examples = 0;

@@ -1,20 +1,20 @@
-//! The part of the reception that touches no registers. A test on the PC calls it.
+//! The part of the reception that touches no registers.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};
 
 /// A receiver that gets bytes in groups from a driver, and learns only the number of errors.
-pub(crate) struct Reception {
+pub struct Reception {
     line: Line<Receiver<Bin>>,
     /// The number of errors that the receiver knows of.
     errors: u32,
     /// Whether the driver's buffer may contain bytes from before the last error.
-    pub(crate) in_doubt: bool,
+    pub in_doubt: bool,
 }
 
 impl Reception {
     /// Creates a receiver. `errors` is the present number of errors.
-    pub(crate) const fn new(errors: u32) -> Self {
+    pub const fn new(errors: u32) -> Self {
         Self {
             line: Line::new(Receiver::new()),
             errors,
@@ -24,7 +24,7 @@ impl Reception {
 
     /// Takes the bytes of a read, or `None` if the line has been silent. `errors` is the number of errors so far. Calls
     /// `frame` with each setpoint. Returns the line event, if there was one.
-    pub(crate) fn take(
+    pub fn take(
         &mut self,
         read: Option<&[u8]>,
         errors: u32,
@@ -54,7 +54,7 @@ impl Reception {
     }
 
     /// Reports that the driver has lost bytes and was restarted.
-    pub(crate) fn restart(&mut self, errors: u32) {
+    pub fn restart(&mut self, errors: u32) {
         (self.errors, self.in_doubt) = (errors, false);
         self.line.event(LineEvent::Overrun);
     }

@@ -1,4 +1,4 @@
-//! The part of the receive interrupt that touches no registers. A test on the PC calls it.
+//! The part of the receive interrupt that touches no registers.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};
@@ -11,7 +11,7 @@ const IDLE: u32 = 5;
 const IN_DOUBT: u8 = 8;
 
 /// A receiver that gets single bytes.
-pub(crate) struct Reception {
+pub struct Reception {
     line: Line<Receiver<Bin>>,
     /// The time of the last interrupt.
     heard: u32,
@@ -21,7 +21,7 @@ pub(crate) struct Reception {
 
 impl Reception {
     /// Creates a receiver.
-    pub(crate) const fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             line: Line::new(Receiver::new()),
             heard: 0,
@@ -30,7 +30,7 @@ impl Reception {
     }
 
     /// Takes an error, a byte, or both, at the time `now`. Returns the setpoint of the frame that the byte completes.
-    pub(crate) fn interrupt(
+    pub fn interrupt(
         &mut self,
         now: u32,
         error: Option<LineEvent>,

@@ -1,10 +1,10 @@
-//! The part of the reception that touches no registers. A test on the PC calls it.
+//! The part of the reception that touches no registers.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};
 
 /// Takes the bytes of a read, or an error, or a pause. Calls `frame` with each setpoint.
-pub(crate) fn take(
+pub fn take(
     line: &mut Line<Receiver<Bin>>,
     read: Result<&[u8], LineEvent>,
     frame: impl FnMut(Setpoint),
