@@ -9,6 +9,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, include_headers, succeeds};
+use crate::headers;
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
@@ -84,7 +85,7 @@ fn arduino_examples_compile() {
         let sketch = library.join(format!("examples/{example}/{example}.ino"));
         let options = format!(
             "-std=gnu++11 -Wall -Wextra -Werror -include Arduino.h -I{} -xc++ -c -o",
-            library.join("src").display()
+            headers::folder().display()
         );
         let object = here.path().join("sketch.o");
         compile_for_arduino(Command::new("avr-g++"), &options, &[&object, &sketch]);
