@@ -1,15 +1,11 @@
-//! Tests that the programs in `docs/c.md` and the Arduino examples compile without a warning, and that a project can
-//! use the `CMake` target.
+//! Tests that the programs in `docs/c.md` compile without a warning, and that a project can use the `CMake` target.
 
-use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, include_headers, succeeds};
-use crate::headers;
+use crate::compilers::{AVR, CLANGXX, GCC, M4, include_headers, succeeds};
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
@@ -37,64 +33,6 @@ fn programs_of_the_page_compile() {
                 &here.path().join("page.o"),
             );
         }
-    }
-}
-
-/// Debian's core for Arduino boards, from the package arduino-core-avr.
-const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
-
-const BOARD: &str = "-mmcu=atmega328p -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_UNO \
-    -DARDUINO_ARCH_AVR -Os -ffunction-sections -fdata-sections";
-const CPP: &str = "-std=gnu++11 -DDECIMAL_DIG=__DECIMAL_DIG__";
-
-/// Runs a compiler for the board, with these options and files.
-fn compile_for_arduino(mut compiler: Command, options: &str, files: &[&Path]) {
-    compiler.args(BOARD.split_whitespace());
-    for folder in ["cores/arduino", "variants/standard"] {
-        compiler.arg("-I").arg(Path::new(ARDUINO).join(folder));
-    }
-    compiler.args(options.split_whitespace()).args(files);
-    succeeds(&mut compiler, &[], AVR.package);
-}
-
-#[test]
-fn arduino_examples_compile() {
-    let core = Path::new(ARDUINO).join("cores/arduino");
-    let package = "on Debian: apt-get install arduino-core-avr";
-    assert!(core.exists(), "no {ARDUINO}; {package}");
-    let here = TempDir::new().unwrap();
-    let mut objects: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(&core).unwrap() {
-        let source = entry.unwrap().path();
-        // This compiler's float.h has no DECIMAL_DIG for C++.
-        let (compiler, options) = match source.extension().and_then(OsStr::to_str) {
-            Some("c") => ("avr-gcc", ""),
-            Some("cpp") => ("avr-g++", CPP),
-            _ => continue,
-        };
-        let object = here
-            .path()
-            .join(source.file_name().unwrap())
-            .with_extension("o");
-        let options = format!("{options} -w -c -o");
-        compile_for_arduino(cached(compiler), &options, &[&object, &source]);
-        objects.push(object);
-    }
-    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino");
-    for example in ["MotionPlatform", "CrsfReceiver"] {
-        let sketch = library.join(format!("examples/{example}/{example}.ino"));
-        let options = format!(
-            "-std=gnu++11 -Wall -Wextra -Werror -include Arduino.h -I{} -xc++ -c -o",
-            headers::folder().display()
-        );
-        let object = here.path().join("sketch.o");
-        compile_for_arduino(Command::new("avr-g++"), &options, &[&object, &sketch]);
-        let program = here.path().join("sketch.elf");
-        let mut files = vec![&*program, &object];
-        files.extend(objects.iter().map(PathBuf::as_path));
-        files.push("-lm".as_ref());
-        let linker = Command::new("avr-g++");
-        compile_for_arduino(linker, "-Wl,--gc-sections -o", &files);
     }
 }
 
