@@ -7,7 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, succeeds};
+use crate::compilers::{AVR, CLANGXX, GCC, M4, beside, cached, succeeds};
 use crate::headers;
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
@@ -25,6 +25,7 @@ pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
 fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
     let include = format!("-I{}", headers::folder().display());
+    let stand_ins = format!("-I{}", beside("stm32").display());
     let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {
@@ -32,7 +33,7 @@ fn programs_of_the_page_compile() {
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
             compiler.compile(
                 "page.c".as_ref(),
-                &["-Os", "-c", &include],
+                &["-Os", "-c", &include, &stand_ins],
                 &here.path().join("page.o"),
             );
         }
