@@ -5,7 +5,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, include_headers, succeeds};
+use crate::compilers::{AVR, CLANGXX, GCC, M4, beside, include_headers, succeeds};
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
@@ -22,6 +22,7 @@ pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
 fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
     let include = include_headers();
+    let stand_ins = format!("-I{}", beside("stm32").display());
     let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {
@@ -29,7 +30,7 @@ fn programs_of_the_page_compile() {
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
             compiler.compile(
                 "page.c".as_ref(),
-                &["-Os", "-c", &include],
+                &["-Os", "-c", &include, &stand_ins],
                 &here.path().join("page.o"),
             );
         }

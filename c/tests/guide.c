@@ -106,38 +106,6 @@ static void run(void)
         }
     }
 }
-#elif defined(DMA)
-volatile uint8_t dma_buffer[DMA_SIZE];
-static uint8_t position;
-
-uint8_t dma_position(void)
-{
-    return position;
-}
-
-void set_channels(const uint8_t *packed)
-{
-    say(packed, 22U);
-}
-
-/* Steps: {0, byte} is a received byte, {1, 0} is an interrupt of the DMA, and {1, 1} is the idle-line interrupt. */
-static void run(void)
-{
-    int kind;
-    uint8_t number;
-
-    start();
-    while (next(&kind, &number)) {
-        if (kind == 0) {
-            dma_buffer[position] = number;
-            position = (uint8_t)((position + 1U) % DMA_SIZE);
-        } else if (number == 0U) {
-            dma_interrupt();
-        } else {
-            idle_line_interrupt();
-        }
-    }
-}
 #elif defined(RING)
 uint32_t milliseconds(void)
 {

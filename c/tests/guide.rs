@@ -1,13 +1,10 @@
 //! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-use framelock::{
-    BufferedReceiver, Counters, Encode, EncodeInto, Format, Line, LineEvent, Receiver,
-};
+use framelock::{BufferedReceiver, Counters, Encode, Format, Line, LineEvent, Receiver};
 use framelock_description::hex::glued;
 use framelock_description::{Description, shipped};
 use framelock_description_oracles as drawn;
-use framelock_formats::crsf::{self, Crsf};
 use framelock_oracles::broken;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -155,7 +152,6 @@ fn the_interrupt_handler_is_right_after_one_pause() {
 /// The programs that have a buffered receiver.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Buffer {
-    Dma,
     Ring,
     Queue,
 }
@@ -199,7 +195,6 @@ fn expected(
             }
         }
         let pause = match buffer {
-            Buffer::Dma => step[1] == 1,
             Buffer::Ring => line.pending() > 0 && now - byte_time >= 50,
             Buffer::Queue => true,
         };
@@ -278,29 +273,6 @@ fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u
     (0..500)
         .flat_map(|_| drawn::frames(description, random))
         .collect()
-}
-
-#[test]
-fn dma() {
-    let random = &mut ChaCha8Rng::seed_from_u64(2);
-    let frames = (0..3000).map(|number| {
-        // Some senders append a byte to the channels.
-        let payload: [u8; 23] = random.random();
-        let message = crsf::Message {
-            address: 0xC8,
-            kind: if number % 8 == 0 { 0x14 } else { 0x16 },
-            payload: &payload[..22 + number % 2],
-        };
-        Crsf.encode_into(message, &mut [0; 64]).unwrap().to_vec()
-    });
-    let frames: Vec<Vec<u8>> = frames.collect();
-    let steps = steps(frames, 60, random);
-    let channels = |frame: &[u8]| match frame[2] {
-        0x16 => hex(&frame[3..25]),
-        _ => String::new(),
-    };
-    let expected = expected(Buffer::Dma, &description("crsf"), &steps, channels);
-    check(1, "-DDMA", &steps, &expected);
 }
 
 #[test]

@@ -41,6 +41,7 @@ examples! {
     line_events_and_counters "../../examples/line_events_and_counters.rs";
     failsafe "../../examples/failsafe.rs";
     mailbox "../../examples/mailbox.rs";
+    dma "../../examples/dma.rs";
     #[cfg(feature = "embedded-io-v0.7")]
     embedded_io "../../examples/embedded_io.rs";
 }
