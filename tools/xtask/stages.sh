@@ -275,6 +275,11 @@ semver() {
 }
 
 publish() {
+    # A clone without symbolic links has files here that contain only a path.
+    for folder in core formats; do
+        cmp LICENSE-MIT $folder/LICENSE-MIT
+        cmp LICENSE-APACHE $folder/LICENSE-APACHE
+    done
     cargo publish --dry-run $published 2>"$target/publish" || { cat "$target/publish"; return 1; }
     cat "$target/publish"
     if grep '^warning' "$target/publish" | grep -v 'due to dry run'; then return 1; fi

@@ -22,7 +22,7 @@ Examples:
   cargo xtask firmware                 the image that `cargo run --release` in firmware/ flashes
   cargo xtask firmware --all           every image that is tested";
 
-/// Build the firmware for the nRF52840 as ELF and Intel HEX, and print its size
+/// Build the firmware for the nRF52840 as ELF and Intel HEX, in target/firmware/images, and print its size
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {

@@ -32,7 +32,7 @@ enum Task {
     Prove(prove::Arguments),
     Bugs(bugs::Arguments),
     Firmware(firmware::Arguments),
-    /// Make framelock-c.zip and framelock-arduino.zip, in target/archives
+    /// Make framelock-c.zip and framelock-arduino.zip, the archives for C and Arduino, in target/archives
     Archives,
     Emulate(emulate::Arguments),
     Web(web::Arguments),
