@@ -165,13 +165,14 @@ fn records(segments: &[(u32, Vec<u8>)]) -> Vec<Record> {
                 upper = high;
                 records.push(Record::ExtendedLinearAddress(high));
             }
-            let count = (16 - address as usize % 16).min(rest.len());
-            let (value, after) = rest.split_at(count);
+            let room = 16 - address % 16;
+            let count = u32::try_from(rest.len()).map_or(room, |rest| room.min(rest));
+            let (value, after) = rest.split_at(count as usize);
             records.push(Record::Data {
                 offset: (address & 0xFFFF) as u16,
                 value: value.to_owned(),
             });
-            address += count as u32;
+            address += count;
             rest = after;
         }
     }
@@ -205,7 +206,7 @@ mod tests {
                 Record::ExtendedLinearAddress(high) => upper = u32::from(high) << 16,
                 Record::Data { offset, value } => {
                     let address = upper + u32::from(offset);
-                    assert!(address % 0x1_0000 + value.len() as u32 <= 0x1_0000);
+                    assert!(address as usize % 0x1_0000 + value.len() <= 0x1_0000);
                     read.extend((address..).zip(value));
                 }
                 _ => {}
