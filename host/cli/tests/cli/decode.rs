@@ -230,7 +230,7 @@ mod at_a_serial_port {
             // Every byte must arrive unchanged, although a terminal would alter some bytes.
             assert_eq!(decoding.row_of(&CLEAN), format!("{offset},127,200,74"));
         }
-        signal(&decoding.child, "-INT");
+        signal(&mut decoding.child, "-INT");
         let summary = decoding.next_row();
         assert!(summary.starts_with("{\"bytes\":28,\"frame_length\":7,\"frames\":4,"));
         let ended = decoding.child.wait_with_output().unwrap();

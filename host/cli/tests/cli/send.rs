@@ -65,7 +65,7 @@ fn ctrl_c_and_termination_park_first() {
         let mut output = child.stdout.take().unwrap();
         let mut bytes = vec![0; 70];
         output.read_exact(&mut bytes).unwrap();
-        signal(&child, name);
+        signal(&mut child, name);
         output.read_to_end(&mut bytes).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(0), "{name}");
         let setpoints = received(bytes);
@@ -84,7 +84,7 @@ fn a_second_ctrl_c_does_not_wait_for_the_parking() {
     output.read_exact(&mut [0; 7]).unwrap();
     // The handler takes one signal at a time, so two pending signals may count as one.
     loop {
-        signal(&child, "-INT");
+        signal(&mut child, "-INT");
         if let Some(status) = child.try_wait().unwrap() {
             assert_eq!(status.code(), Some(130));
             break;
@@ -164,7 +164,7 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
     fs::remove_file(&name).unwrap();
     drop((second, second_near_end));
     assert!(message.next().unwrap().unwrap().ends_with("waiting for it"));
-    signal(&child, "-INT");
+    signal(&mut child, "-INT");
     assert_eq!(child.wait().unwrap().code(), Some(2));
     let message: Vec<String> = message.map(Result::unwrap).collect();
     let end = message.last().unwrap();
@@ -216,7 +216,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
             }
         }
     }
-    signal(&child, "-INT");
+    signal(&mut child, "-INT");
     output.read_to_end(&mut bytes).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let mut setpoints = received(bytes);
