@@ -1,8 +1,12 @@
 //! Tests of the self-test. Its table must describe the emulated chip correctly, under every
 //! assumption.
 
+use std::fs;
+use std::path::Path;
+
 use nrf52840_emulator::{Assumptions, Board, LogTable, MILLISECOND, ResetCause};
 
+use crate::figures::compiler;
 use crate::firmware::{NVMC_CONFIG, UICR, image, image_file};
 
 /// The pins that the wire connects: P1.01 and P1.02.
@@ -14,7 +18,7 @@ const TIMES: u32 = 16;
 struct Outcome {
     finished: u32,
     /// The rows of the self-test's answers.
-    answers: [[u32; 3]; 10],
+    answers: [[u32; 3]; 12],
     /// How often the setpoint changed.
     commits: usize,
     log: Vec<String>,
@@ -42,8 +46,22 @@ const CLEARING: usize = 7;
 const SECOND_START: usize = 8;
 /// Cycles until RXTO with and without an open transfer, and how often RXTO came without STOPRX.
 const STOPPING: usize = 9;
+/// The cycles of the worst handler.
+const HANDLER: usize = 10;
+/// The most units by which an output may move between two polls, the most by which one moved, and the lowest output.
+const OUTPUTS: usize = 11;
 
 fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outcome {
+    self_test_with(image_name, assumptions, is_wired, [("MILLISECONDS", 60)])
+}
+
+/// Runs the self-test with other values of these words.
+fn self_test_with<const N: usize>(
+    image_name: &str,
+    assumptions: Assumptions,
+    is_wired: bool,
+    words: [(&str, u32); N],
+) -> Outcome {
     let mut board = Board::new(image(image_name)).unwrap();
     board.assume(assumptions.with(|a| a.start_twice_is_ignored = true));
     board.wire_line_to(WIRE[1]);
@@ -52,11 +70,13 @@ fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outc
     }
     let setpoint = board.watch("SETPOINT").unwrap();
     board.run_for(MILLISECOND).unwrap();
-    let milliseconds = board.image().symbol("MILLISECONDS").unwrap().address;
-    board.patch(milliseconds, &60_u32.to_le_bytes()).unwrap();
+    for (name, value) in words {
+        let word = board.image().symbol(name).unwrap().address;
+        board.patch(word, &value.to_le_bytes()).unwrap();
+    }
     let mut log = Vec::new();
     let mut finished = 0;
-    for _ in 0..100 {
+    for _ in 0..500 {
         board.run_for(10 * MILLISECOND).unwrap();
         log.extend(board.take_rtt(0));
         if finished != 0 {
@@ -113,6 +133,9 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         assert_eq!(without, 0);
         assert!((10..=30).contains(&answers[CYCLES][0]));
         assert_eq!(answers[FRAMES], [sent, sent, 0]);
+        assert!((250..=300).contains(&answers[HANDLER][0]));
+        // In the first second, an output moves at most half a unit between two polls, rounded up.
+        assert_eq!(answers[OUTPUTS][..2], [6, 1]);
         assert_eq!(outcome.commits, sent as usize);
         for (number, parts) in [
             ("9", format!("{} with the cache", answers[CYCLES][0])),
@@ -125,6 +148,8 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
             ("14", "0 end it, 32 stored".to_owned()),
             ("15", format!("{open} open, {ended} ended, 0 with ENDRX")),
             ("2", format!("{sent} sent, {sent} committed, 0 overruns")),
+            ("16", format!("| {} ", answers[HANDLER][0])),
+            ("17", format!("1, between {} and ", answers[OUTPUTS][2])),
         ] {
             assert!(
                 says(&outcome, &parts, "fine"),
@@ -244,4 +269,58 @@ fn without_a_wire_it_says_so() {
     assert_eq!(outcome.finished, 2);
     let last = outcome.log.last().unwrap();
     assert!(last.contains("is P1.01 wired to P1.02?"), "{last}");
+}
+
+/// The report in a log, without the prefix of each line.
+fn report(log: &[String]) -> String {
+    let prefix = log[0].find("---").unwrap();
+    let lines: Vec<&str> = log.iter().map(|line| &line[prefix..]).collect();
+    lines.join("\n")
+}
+
+/// `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the report in the guide. Another compiler than
+/// that of the figures may give other numbers.
+#[test]
+fn the_guide_shows_the_emulators_report() {
+    let outcome = self_test("self-test", Assumptions::default(), true);
+    let report = report(&outcome.log);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let guide = root.join("docs/board.md");
+    let page = fs::read_to_string(&guide).unwrap();
+    let start = page.find("--- framelock board report ---").unwrap();
+    let end = start + page[start..].find("\n```").unwrap();
+    if std::env::var_os("FRAMELOCK_WRITE_FIGURES").is_some() {
+        fs::write(&guide, [&page[..start], &report, &page[end..]].concat()).unwrap();
+        return;
+    }
+    let figures = fs::read_to_string(root.join("firmware/FIGURES.txt")).unwrap();
+    if figures.contains(&compiler(&image_file("self-test"))) {
+        assert_eq!(report, page[start..end]);
+    } else {
+        let text = |report: &str| report.replace(char::is_numeric, "");
+        assert_eq!(text(&report), text(&page[start..end]));
+    }
+}
+
+/// The outputs approach the demands for a second. Then they follow jumps from one end to the other at full speed.
+#[test]
+#[ignore = "takes ten seconds"]
+fn outputs_that_follow_jumps_keep_their_bound() {
+    let words = [("MILLISECONDS", 2_000)];
+    let outcome = self_test_with("self-test", Assumptions::default(), true, words);
+    let [bound, step, lowest] = outcome.answers[OUTPUTS];
+    assert!(
+        step > 1 && step <= bound && lowest < 20,
+        "{:#?}",
+        outcome.log
+    );
+    assert!(says(&outcome, "17 units that an output moves", "fine"));
+}
+
+#[test]
+fn an_output_that_exceeds_its_bound_is_not_fine() {
+    let words = [("MILLISECONDS", 60), ("BOUND", 0)];
+    let outcome = self_test_with("self-test", Assumptions::default(), true, words);
+    assert_eq!(outcome.answers[OUTPUTS][..2], [0, 1]);
+    assert!(says(&outcome, "17 units that an output moves", "NOT FINE"));
 }

@@ -31,6 +31,10 @@ pub(crate) fn ficr() -> Common {
     let mut plain = vec![
         (0x100, 0x0005_2840, READ_ONLY),
         (0x104, 0x4141_4630, READ_ONLY),
+        // The package QI, and KiB of RAM and of flash.
+        (0x108, 0x2004, READ_ONLY),
+        (0x10C, 256, READ_ONLY),
+        (0x110, 1024, READ_ONLY),
     ];
     plain.extend(FICR_TEMP.step_by(4).map(|offset| (offset, 0, READ_ONLY)));
     Common::new("FICR", 0x1000_0000, &[], &[], &plain)

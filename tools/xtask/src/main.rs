@@ -1,6 +1,7 @@
 //! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
 //! theorems.
 
+mod board;
 mod bugs;
 mod emulate;
 mod firmware;
@@ -36,6 +37,7 @@ enum Task {
     Archives,
     Emulate(emulate::Arguments),
     Web(web::Arguments),
+    Board(board::Arguments),
     #[command(hide = true)]
     Interface(interface::Arguments),
     /// Check that contradictory settings of the firmware do not compile
@@ -64,6 +66,7 @@ fn run(task: &Task) -> Result<bool> {
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
         Task::Archives => workspace::run(&mut workspace.script(&["archives"]))?,
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
+        Task::Board(arguments) => return board::board(workspace, arguments),
         Task::Web(arguments) => web::web(workspace, arguments)?,
         Task::Interface(arguments) => interface::interface(arguments)?,
         Task::Contradictions => firmware::contradictions(workspace)?,
