@@ -62,7 +62,7 @@ void end(void);
 void *memset(void *to, int byte, size_t count);
 void *memcpy(void *to, const void *from, size_t count);
 
-uint8_t STEPS[48 << 10];
+uint8_t STEPS[160 << 10];
 volatile uint32_t LENGTH;
 volatile uint32_t SAID;
 

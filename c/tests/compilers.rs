@@ -1,101 +1,100 @@
 //! C and C++ compilers, and the packages that they need.
 
 use std::ffi::OsStr;
+use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use framelock_limited::RunToEnd as _;
+use tempfile::TempDir;
+
+use crate::headers;
 
 /// A compiler with its options, and the Debian package that contains it.
 pub(crate) struct Compiler {
-    pub(crate) command: &'static [&'static str],
+    pub(crate) command: &'static str,
     pub(crate) package: &'static str,
 }
 
-pub(crate) const GCC: Compiler = Compiler {
-    command: &["gcc", "-std=c99"],
-    package: "gcc",
-};
-pub(crate) const CLANG: Compiler = Compiler {
-    command: &["clang", "-std=c99"],
-    package: "clang",
-};
-pub(crate) const GXX: Compiler = Compiler {
-    command: &["g++", "-std=c++17", "-xc++"],
-    package: "g++",
-};
-pub(crate) const CLANGXX: Compiler = Compiler {
-    command: &["clang++", "-std=c++17", "-xc++"],
-    package: "clang",
-};
-/// Debian's compiler for a Cortex-M4.
-pub(crate) const M4: Compiler = Compiler {
-    command: &[
-        "arm-none-eabi-gcc",
-        "-std=c99",
-        "-mcpu=cortex-m4",
-        "-mthumb",
-        "-ffreestanding",
-    ],
-    package: "gcc-arm-none-eabi",
-};
-pub(crate) const M0: Compiler = Compiler {
-    command: &[
-        "arm-none-eabi-gcc",
-        "-std=c99",
-        "-mcpu=cortex-m0",
-        "-mthumb",
-        "-ffreestanding",
-    ],
-    package: "gcc-arm-none-eabi",
-};
+const fn compiler(package: &'static str, command: &'static str) -> Compiler {
+    Compiler { command, package }
+}
+
+pub(crate) const GCC: Compiler = compiler("gcc", "gcc -std=c99");
+pub(crate) const CLANG: Compiler = compiler("clang", "clang -std=c99");
+pub(crate) const GXX: Compiler = compiler("g++", "g++ -std=c++17 -xc++");
+pub(crate) const CLANGXX: Compiler = compiler("clang", "clang++ -std=c++17 -xc++");
+pub(crate) const M4: Compiler = compiler(
+    "gcc-arm-none-eabi",
+    "arm-none-eabi-gcc -std=c99 -mcpu=cortex-m4 -mthumb -ffreestanding",
+);
+pub(crate) const M0: Compiler = compiler(
+    "gcc-arm-none-eabi",
+    "arm-none-eabi-gcc -std=c99 -mcpu=cortex-m0 -mthumb -ffreestanding",
+);
 /// A compiler whose `int` has 16 bits.
-pub(crate) const AVR: Compiler = Compiler {
-    command: &["avr-gcc", "-std=c99", "-mmcu=atmega328p"],
-    package: "gcc-avr avr-libc",
-};
+pub(crate) const AVR: Compiler = compiler("gcc-avr avr-libc", "avr-gcc -std=c99 -mmcu=atmega328p");
 /// The same compiler for a larger chip.
-pub(crate) const AVR_2560: Compiler = Compiler {
-    command: &["avr-gcc", "-std=c99", "-mmcu=atmega2560"],
-    package: "gcc-avr avr-libc",
-};
+pub(crate) const AVR_2560: Compiler =
+    compiler("gcc-avr avr-libc", "avr-gcc -std=c99 -mmcu=atmega2560");
 pub(crate) const ALL: [Compiler; 7] = [GCC, CLANG, GXX, CLANGXX, M4, M0, AVR];
 
-const WARNINGS: [&str; 7] = [
-    "-Wall",
-    "-Wextra",
-    "-Wconversion",
-    "-Wsign-conversion",
-    "-Wshadow",
-    "-pedantic",
-    "-Werror",
-];
+const WARNINGS: &str = "-Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -pedantic -Werror";
+
+/// A compiled program, and the temporary folder that contains it.
+pub(crate) struct Program(TempDir);
+
+impl Program {
+    /// Runs the program, which must succeed. Returns its output.
+    pub(crate) fn run(&self, input: &[u8]) -> String {
+        succeeds(&mut Command::new(self.0.path().join("program")), input, "")
+    }
+}
 
 impl Compiler {
     /// Compiles a program so that it exits with an error at undefined behaviour. With gcc, it also exits with an error
-    /// at an access outside of an object.
-    pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
+    /// at an access outside of an object. `source` is one of the `files`, which are written beside the program, or a
+    /// file in the folder of these tests. The program may include the `files` and the shipped headers.
+    pub(crate) fn program(
+        &self,
+        source: &str,
+        files: &[(&str, &str)],
+        options: &[&str],
+    ) -> Program {
         // Debian's package of clang lacks the sanitizers' library, so a program that clang compiles traps instead.
         let sanitizers = if self.package == "clang" {
             ["-fsanitize=undefined", "-fsanitize-trap=undefined"]
         } else {
             ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
         };
-        self.compile(
-            source,
-            &[&sanitizers[..], &["-O1"], options].concat(),
-            output,
-        );
+        let folder = TempDir::new().unwrap();
+        for (name, text) in files {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let is_written = files.iter().any(|(name, _)| *name == source);
+        let source = if is_written {
+            source.into()
+        } else {
+            beside(source)
+        };
+        let headers = include_headers();
+        let options = [&sanitizers[..], &["-O1", "-I.", &headers], options].concat();
+        self.compile(&source, &options, &folder.path().join("program"));
+        Program(folder)
     }
 
     /// Compiles a source file in the folder of the output. Unless `-c` is one of the options, links a program. A warning
     /// is an error.
     pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
-        let (name, own) = self.command.split_first().unwrap();
+        let (name, own) = self.command.split_once(' ').unwrap();
         let folder = output.parent().unwrap();
         let run = |mut command: Command, files: [&OsStr; 4]| {
-            command.args(own).args(WARNINGS).args(options).args(files);
+            command
+                .args(own.split(' '))
+                .args(WARNINGS.split(' '))
+                .args(options)
+                .args(files);
             let package = format!("{} ccache", self.package);
             succeeds(command.current_dir(folder), &[], &package);
         };
@@ -111,6 +110,11 @@ impl Compiler {
             );
         }
     }
+}
+
+/// Returns the option with which the compiler finds the shipped headers.
+pub(crate) fn include_headers() -> String {
+    format!("-I{}", headers::folder().display())
 }
 
 /// Returns a command that compiles with this compiler, unless the same source has been compiled before. The outputs are

@@ -1,14 +1,11 @@
-//! Tests that the programs in `docs/c.md` and the Arduino examples compile without a warning, and that a project can
-//! use the `CMake` target.
+//! Tests that the programs in `docs/c.md` compile without a warning, and that a project can use the `CMake` target.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::compilers::{AVR, CLANGXX, GCC, M4, cached, succeeds};
-use crate::headers;
+use crate::compilers::{AVR, CLANGXX, GCC, M4, beside, include_headers, succeeds};
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
@@ -24,7 +21,8 @@ pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
 #[test]
 fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
-    let include = format!("-I{}", headers::folder().display());
+    let include = include_headers();
+    let stand_ins = format!("-I{}", beside("stm32").display());
     let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {
@@ -32,86 +30,10 @@ fn programs_of_the_page_compile() {
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
             compiler.compile(
                 "page.c".as_ref(),
-                &["-Os", "-c", &include],
+                &["-Os", "-c", &include, &stand_ins],
                 &here.path().join("page.o"),
             );
         }
-    }
-}
-
-/// Debian's core for Arduino boards, from the package arduino-core-avr.
-const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
-
-fn for_arduino(mut command: Command) -> Command {
-    command.args(["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819"]);
-    command.args(["-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR", "-Os"]);
-    command.args(["-ffunction-sections", "-fdata-sections"]);
-    for folder in ["cores/arduino", "variants/standard"] {
-        command.arg("-I").arg(Path::new(ARDUINO).join(folder));
-    }
-    command
-}
-
-#[test]
-fn arduino_examples_compile() {
-    let core = Path::new(ARDUINO).join("cores/arduino");
-    assert!(
-        core.exists(),
-        "no {ARDUINO}; on Debian: apt-get install arduino-core-avr"
-    );
-    let here = TempDir::new().unwrap();
-    let mut objects: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(&core).unwrap() {
-        let source = entry.unwrap().path();
-        let compiler = match source.extension().and_then(|it| it.to_str()) {
-            Some("c") => "avr-gcc",
-            Some("cpp") => "avr-g++",
-            _ => continue,
-        };
-        let object = here
-            .path()
-            .join(source.file_name().unwrap())
-            .with_extension("o");
-        let mut command = for_arduino(cached(compiler));
-        if compiler == "avr-g++" {
-            // This compiler's float.h has no DECIMAL_DIG for C++.
-            command.args(["-std=gnu++11", "-DDECIMAL_DIG=__DECIMAL_DIG__"]);
-        }
-        command
-            .arg("-w")
-            .arg("-c")
-            .arg(&source)
-            .arg("-o")
-            .arg(&object);
-        succeeds(&mut command, &[], AVR.package);
-        objects.push(object);
-    }
-    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino");
-    for example in ["MotionPlatform", "CrsfReceiver"] {
-        let sketch = library
-            .join("examples")
-            .join(example)
-            .join(format!("{example}.ino"));
-        let mut command = for_arduino(Command::new("avr-g++"));
-        command.args([
-            "-std=gnu++11",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-include",
-            "Arduino.h",
-        ]);
-        command
-            .arg("-I")
-            .arg(library.join("src"))
-            .arg("-xc++")
-            .arg(sketch);
-        command
-            .arg("-xnone")
-            .args(&objects)
-            .args(["-Wl,--gc-sections", "-lm", "-o"]);
-        command.arg(here.path().join("sketch.elf"));
-        succeeds(&mut command, &[], AVR.package);
     }
 }
 

@@ -11,8 +11,7 @@
  *
  *   0 byte             push the byte
  *   1 event            report a line event
- *   2                  poll until no frame is found
- *   3 count bytes...   push `count` bytes, then poll until no frame is found */
+ *   2                  poll until no frame is found */
 #include "receiver.h"
 
 static F(receiver) receiver;
@@ -57,22 +56,6 @@ static void receive(void *context, const F(message) *received)
 }
 #endif
 
-static void poll_all(void)
-{
-#if !IS_WINDOW
-    while (F(poll)(&receiver, &message)) {
-        mix_frame(&message);
-    }
-#endif
-}
-
-static void push(uint8_t byte)
-{
-    if (F(push)(&receiver, byte, &message)) {
-        mix_frame(&message);
-    }
-}
-
 /* Returns the counter with index `i`, in the order of `numbers` in difference.rs. */
 static uint32_t counter(uint8_t i)
 {
@@ -104,29 +87,30 @@ static uint32_t counter(uint8_t i)
 /* Performs one step. `next` returns the next byte of the steps. */
 static void step(uint8_t (*next)(void))
 {
-    uint8_t count;
     uint8_t i;
 
     switch (next()) {
     case 0U:
-        push(next());
+        if (F(push)(&receiver, next(), &message)) {
+            mix_frame(&message);
+        }
         break;
-    case 1U:
 #if IS_WINDOW
+    case 1U:
         F(line_event)(&receiver, (F(event))next());
-#else
-        F(line_event)(&receiver, (F(event))next(), receive, NULL);
-#endif
-        break;
-    case 2U:
-        poll_all();
         break;
     default:
-        for (count = next(); count > 0U; count--) {
-            push(next());
-        }
-        poll_all();
         break;
+#else
+    case 1U:
+        F(line_event)(&receiver, (F(event))next(), receive, NULL);
+        break;
+    default:
+        while (F(poll)(&receiver, &message)) {
+            mix_frame(&message);
+        }
+        break;
+#endif
     }
     for (i = 0U; i < 18U; i++) {
         mix(counter(i));
@@ -150,9 +134,7 @@ void run(void)
     say(digest);
 }
 #else
-/* On a PC, standard input has two little-endian integers of four bytes, `first` and `last`, then the steps. The program
- * prints all counters after each of the steps `first` to `last`, where 1 is the first step of the input. It also prints
- * the digest after every thousandth step and at the end of the input. */
+/* On a PC, standard input has the steps. The program prints the digest after each step. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -166,43 +148,16 @@ static uint8_t next_byte(void)
     return (uint8_t)byte;
 }
 
-static unsigned long next_number(void)
-{
-    unsigned long number = 0U;
-    unsigned i;
-
-    for (i = 0U; i < 4U; i++) {
-        number |= (unsigned long)next_byte() << (8U * i);
-    }
-    return number;
-}
-
 int main(void)
 {
-    const unsigned long first = next_number();
-    const unsigned long last = next_number();
-    unsigned long number = 0U;
     int byte;
 
     F(init)(&receiver);
     for (byte = getchar(); byte != EOF; byte = getchar()) {
         (void)ungetc(byte, stdin);
         step(next_byte);
-        number++;
-        if ((number >= first) && (number <= last)) {
-            uint8_t i;
-
-            printf("step %lu:", number);
-            for (i = 0U; i < 18U; i++) {
-                printf(" %lu", (unsigned long)counter(i));
-            }
-            printf(" %08lx\n", (unsigned long)digest);
-        }
-        if (number % 1000U == 0U) {
-            printf("%lu: %08lx\n", number, (unsigned long)digest);
-        }
+        printf("%08lx\n", (unsigned long)digest);
     }
-    printf("%lu: %08lx\n", number, (unsigned long)digest);
     return 0;
 }
 #endif

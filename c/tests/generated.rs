@@ -7,16 +7,18 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use framelock::{BufferedReceiver, Format};
-use framelock_description::{Description, Field, SHIPPED, Value};
+use framelock::{BufferedReceiver, Format, Found, Frame, LineEvent};
+use framelock_description::hex::glued;
+use framelock_description::{Description, Field, Layouts, SHIPPED, Value};
 use framelock_description_oracles as drawn;
 use framelock_generate::{CrcTable, c, rust};
 use framelock_oracles::faulty;
+use minijinja::{Environment, context};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
-use crate::compilers::{CLANGXX, GCC, assert_same, beside, succeeds};
+use crate::compilers::{CLANGXX, GCC, assert_same, succeeds};
+use crate::difference::{LONGEST_FIRST, SHARED_HEADER};
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
@@ -71,6 +73,16 @@ pub(crate) const TRUNCATED: &str = "
     ]
 ";
 
+/// Frames that begin with an array, because they have no sync.
+const ARRAY_FIRST: &str = "
+    length = 9
+    checksum = { name = 'CRC-8', type = 'u8', at = -1 }
+    fields = [
+        { name = 'numbers', at = 0, type = 'i16le', count = 3 },
+        { name = 'small', at = 6, type = 'i8', count = 2 },
+    ]
+";
+
 impl Case {
     fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
         let description = Description::parse(name, text).unwrap();
@@ -93,10 +105,16 @@ impl Case {
     }
 }
 
-/// Returns the shipped descriptions, [`MOTOR`], [`TRUNCATED`], and random descriptions.
+/// Returns cases with the shipped descriptions, others, and random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
-    let others = [("motor", MOTOR), ("truncated", TRUNCATED)];
+    let others = [
+        ("motor", MOTOR),
+        ("truncated", TRUNCATED),
+        ("shared", SHARED_HEADER),
+        ("late", LONGEST_FIRST),
+        ("array_first", ARRAY_FIRST),
+    ];
     let shipped = SHIPPED.iter().chain(&others);
     let mut cases: Vec<Case> = shipped
         .map(|(name, text)| Case::new(name, text, &mut random))
@@ -118,11 +136,9 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     let mut receiver =
         BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]).unwrap();
     let (mut text, mut frames, mut discarded) = (String::new(), 0, 0);
-    let mut note = |found: framelock::Found<(usize, &[u8])>| match found {
-        framelock::Found::Frame {
-            message: (kind, frame),
-            ..
-        } => {
+    let mut note = |found: Found<Frame<'_, Layouts>>| match found {
+        Found::Frame { message, .. } => {
+            let (kind, frame) = message.message();
             frames += 1;
             writeln!(text, "frame {kind}").unwrap();
             let mut has_empty = false;
@@ -135,18 +151,14 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
                 // `Description::encode` treats an empty text as a missing field. Generated code treats it as a field, so it
                 // may encode a longer frame.
                 Ok(_) if has_empty => text.push_str("= any\n"),
-                Ok(made) => {
-                    text.push_str("= ");
-                    hex(&mut text, &made);
-                }
+                Ok(made) => writeln!(text, "= {}", glued(&made)).unwrap(),
                 Err(_) => text.push_str("= none\n"),
             }
         }
-        framelock::Found::Discarded { count, .. } => discarded += count,
+        Found::Discarded { count, .. } => discarded += count,
     };
-    receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
-    let idle = framelock::LineEvent::Idle;
-    receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
+    receiver.feed(stream, &mut note);
+    receiver.line_event(LineEvent::Idle, &mut note);
     // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
     // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
     let layout = description.kinds[0].layout();
@@ -175,17 +187,72 @@ fn said(field: &Field, value: Value) -> String {
     }
 }
 
-fn fields(kind: &framelock_description::Kind) -> impl Iterator<Item = &Field> {
-    kind.fields.iter().filter(|field| field.constant.is_none())
+/// Returns the values for the template of a program that runs the generated code.
+fn values(case: &Case, code: &str) -> minijinja::Value {
+    let name = &case.name;
+    let field = |field: &Field| {
+        // An underscore follows a keyword.
+        let keyword = format!("{}_", field.name);
+        let is_member = |end| code.contains(&format!(" {keyword}{end}"));
+        let is_keyword = [":", ";", "["].into_iter().any(is_member);
+        let name = if is_keyword {
+            keyword
+        } else {
+            field.name.clone()
+        };
+        let declaration = format!(" {name};");
+        let mut lines = code.lines();
+        context! {
+            label => field.name,
+            type => lines.find_map(|line| line.trim().strip_suffix(&declaration)),
+            may_be_missing => code.contains(&format!("bool has_{name};")),
+            in_bits => rust_bits(code, &name),
+            is_rest => field.length().is_none(),
+            is_array => field.is_array() || field.is_text(),
+            count => field.count.unwrap_or(1),
+            name,
+        }
+    };
+    let kinds = case.description.kinds.iter().map(|kind| {
+        let fields: Vec<_> = kind.varying_fields().map(field).collect();
+        context! { name => kind.name, fields }
+    });
+    let decode = format!("void {name}_decode(const uint8_t *frame, ");
+    let index = code
+        .split_once(&decode)
+        .and_then(|(_, rest)| rest.split_once(' '));
+    context! {
+        name,
+        is_window => !code.contains(&format!("bool {name}_poll(")),
+        index => index.map(|(index, _)| index),
+        kinds => kinds.collect::<Vec<_>>(),
+    }
 }
 
-/// Returns the name of a field in code. An underscore follows a keyword.
-fn member(field: &Field, code: &str) -> String {
-    let name = format!("{}_", field.name);
-    let is_it = [":", ";", "["]
+/// Returns the call that converts the floating-point numbers of a field in Rust to their bits.
+fn rust_bits(code: &str, name: &str) -> &'static str {
+    let declaration = format!("pub {name}: ");
+    let kind = code.split_once(&declaration).map_or("", |(_, rest)| rest);
+    match kind.split_once(",\n").map_or("", |(kind, _)| kind) {
+        "f32" => ".to_bits()",
+        "Option<f32>" => ".map(f32::to_bits)",
+        kind if kind.starts_with("[f32") => ".map(f32::to_bits)",
+        kind if kind.starts_with("Option<[f32") => ".map(|all| all.map(f32::to_bits))",
+        _ => "",
+    }
+}
+
+/// Renders the template of a program. `code` has the generated code of each case.
+fn program(template: &str, cases: &[Case], code: &[String]) -> String {
+    let cases = cases
         .iter()
-        .any(|end| code.contains(&format!(" {name}{end}")));
-    if is_it { name } else { field.name.clone() }
+        .zip(code)
+        .map(|(case, code)| values(case, code));
+    let mut environment = Environment::new();
+    environment.set_trim_blocks(true);
+    environment.set_lstrip_blocks(true);
+    let values = context! { cases => cases.collect::<Vec<_>>() };
+    environment.render_str(template, values).unwrap()
 }
 
 fn input(cases: &[Case]) -> Vec<u8> {
@@ -208,6 +275,12 @@ fn check(found: &str, cases: &[Case]) {
     assert_eq!(found.lines().count(), expected.lines().count());
 }
 
+const LIBRARY: &str = "//! Generated.
+#![no_std]
+#![deny(missing_docs, warnings, clippy::pedantic)]
+#![deny(clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
+";
+
 /// Compiles the modules as a library without `std`, in which clippy and rustfmt must find nothing, and runs a program
 /// that uses the library.
 fn in_rust(cases: &[Case]) {
@@ -225,51 +298,18 @@ fn in_rust(cases: &[Case]) {
     );
     write("Cargo.toml", &manifest);
     fs::copy(root.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
-    let mut library =
-        "//! Generated.\n#![no_std]\n#![deny(missing_docs, warnings, clippy::pedantic)]\n\
-                       #![deny(clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]\n"
-            .to_owned();
-    let (mut says, mut main) = (
-        String::new(),
-        "impossible();\nlet input = input();\nlet mut rest = &*input;\n".to_owned(),
-    );
-    for Case {
-        name, description, ..
-    } in cases
-    {
-        let code = rust(description, name, "framelock generate");
-        write(&format!("src/{name}.rs"), &code);
-        writeln!(library, "pub mod {name};").unwrap();
-        writeln!(says, "mod {name} {{\nuse generated::{name}::*;").unwrap();
-        writeln!(says, "pub fn say(message: &Message) {{").unwrap();
-        for (number, kind) in description.kinds.iter().enumerate() {
-            let it = if description.kinds.len() > 1 {
-                let name = kind.name[..1].to_uppercase() + &kind.name[1..];
-                format!("if let Message::{name}(it) = message")
-            } else {
-                "let it = message;".to_owned()
-            };
-            writeln!(says, "{it} {{\nprintln!(\"frame {number}\");\nlet _ = it;").unwrap();
-            for field in fields(kind) {
-                writeln!(
-                    says,
-                    "super::field({:?}, &it.{});",
-                    field.name,
-                    member(field, &code)
-                )
-                .unwrap();
-            }
-            says.push_str("}\n");
-        }
-        says.push_str("}\n}\n");
-        writeln!(main, "receive!({name}, stream(&mut rest));").unwrap();
+    let generated = |case: &Case| rust(&case.description, &case.name, "framelock generate");
+    let code: Vec<String> = cases.iter().map(generated).collect();
+    for (Case { name, .. }, code) in cases.iter().zip(&code) {
+        write(&format!("src/{name}.rs"), code);
     }
-    write("src/lib.rs", &library);
-    let skeleton = fs::read_to_string(beside("generated_program.rs")).unwrap();
+    let modules = cases.iter().map(|case| format!("pub mod {};\n", case.name));
     write(
-        "src/main.rs",
-        &format!("{skeleton}\n{says}\nfn main() {{\n{main}\n}}\n"),
+        "src/lib.rs",
+        &(LIBRARY.to_owned() + &modules.collect::<String>()),
     );
+    let main = program(include_str!("generated.rs.j2"), cases, &code);
+    write("src/main.rs", &main);
     let cargo = |arguments: &[&str], input: &[u8]| {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(arguments).current_dir(&folder);
@@ -287,159 +327,22 @@ fn in_rust(cases: &[Case]) {
 
 /// Compiles and runs a program that includes the headers, as C99 and as C++17.
 fn in_c(cases: &[Case]) {
-    let folder = TempDir::new().unwrap();
-    let mut text = "#include \"generated.h\"\n".to_owned();
-    let mut main = String::new();
-    for Case {
-        name, description, ..
-    } in cases
-    {
-        let code = c(description, name, "framelock generate", CrcTable::default());
-        fs::write(folder.path().join(format!("{name}.h")), &code).unwrap();
-        let upper = name.to_uppercase();
-        writeln!(text, "#include \"{name}.h\"").unwrap();
-        writeln!(
-            text,
-            "static void say_{name}(void *context, const {name}_message *message)\n{{"
-        )
-        .unwrap();
-        writeln!(
-            text,
-            "size_t length;\nsize_t i;\n(void)context;\n(void)i;\nframes++;"
-        )
-        .unwrap();
-        for (number, kind) in description.kinds.iter().enumerate() {
-            if description.kinds.len() > 1 {
-                let (of, of_upper) = (&kind.name, kind.name.to_uppercase());
-                writeln!(text, "if (message->kind == {upper}_KIND_{of_upper}) {{").unwrap();
-                writeln!(text, "const {name}_{of}_message *it = &message->of.{of};").unwrap();
-            } else {
-                writeln!(text, "{{\nconst {name}_message *it = message;").unwrap();
-            }
-            writeln!(text, "(void)it;\nprintf(\"frame {number}\\n\");").unwrap();
-            fields(kind).for_each(|field| text.push_str(&said_in_c(field, &code)));
-            text.push_str("}\n");
-            if description.kinds.len() == 1 {
-                let optional = fields(kind).filter_map(|field| without_in_c(name, field, &code));
-                optional.for_each(|check| text.push_str(&check));
-            }
-        }
-        writeln!(
-            text,
-            "length = {name}_encode(message, made, {upper}_LONGEST);\nsay_made(length);\n\
-             if (length > 0 && {name}_encode(message, made, length - 1) != 0) {{\nabort();\n}}\n}}"
-        )
-        .unwrap();
-        let is_window = !code.contains(&format!("bool {name}_poll("));
-        let event = if is_window {
-            ""
-        } else {
-            &format!(", say_{name}, NULL")
-        };
-        writeln!(
-            main,
-            "{{\nstatic {name}_receiver receiver;\nstatic {name}_message message;\n\
-             const size_t length = next_stream();\nsize_t i;\nframes = 0;\n{name}_init(&receiver);\n\
-             for (i = 0; i < length; i++) {{\nif ({name}_push(&receiver, stream[i], &message)) {{\n\
-             say_{name}(NULL, &message);\n}}\n}}\n{name}_line_event(&receiver, {upper}_IDLE_LINE{event});\n\
-             printf(\"{name}: %lu frames, %lu bytes discarded\\n\", (unsigned long)frames,\n\
-             (unsigned long)(receiver.counters.bytes - receiver.counters.frame_bytes));\n}}"
-        )
-        .unwrap();
-    }
-    text.push_str(IMPOSSIBLE);
-    writeln!(
-        text,
-        "int main(void)\n{{\nimpossible();\n{main}return 0;\n}}"
-    )
-    .unwrap();
-    fs::write(folder.path().join("generated.c"), text).unwrap();
-    let program = folder.path().join("program");
-    let include = format!("-I{}", beside("").display());
+    let command = "framelock generate";
+    let generated = |case: &Case| c(&case.description, &case.name, command, CrcTable::Nibbles);
+    let code: Vec<String> = cases.iter().map(generated).collect();
+    let main = program(include_str!("generated.c.j2"), cases, &code);
+    let names: Vec<String> = cases.iter().map(|case| case.name.clone() + ".h").collect();
+    let mut files = vec![("generated.c", &*main)];
+    files.extend(
+        names
+            .iter()
+            .map(String::as_str)
+            .zip(code.iter().map(String::as_str)),
+    );
     for compiler in [&GCC, &CLANGXX] {
-        compiler.compile_with_sanitizers("generated.c".as_ref(), &[&include], &program);
-        let found = succeeds(&mut Command::new(&program), &input(cases), "");
-        check(&found, cases);
+        let program = compiler.program("generated.c", &files, &[]);
+        check(&program.run(&input(cases)), cases);
     }
-}
-
-fn hex(text: &mut String, bytes: &[u8]) {
-    for byte in bytes {
-        write!(text, "{byte:02X}").unwrap();
-    }
-    text.push('\n');
-}
-
-/// A function that checks that `encode` fails for values that no frame can contain: a channel of twelve bits, a payload
-/// that is too long, an address that does not exist.
-const IMPOSSIBLE: &str = "
-static void impossible(void)
-{
-    sbus_message channels;
-    crsf_message crsf;
-    memset(&channels, 0, sizeof channels);
-    channels.channel[3] = 2047;
-    if (sbus_encode(&channels, made, 25) != 25) { abort(); }
-    channels.channel[3] = 2048;
-    if (sbus_encode(&channels, made, 25) != 0) { abort(); }
-    memset(&crsf, 0, sizeof crsf);
-    crsf.payload = stream;
-    crsf.payload_length = 60;
-    if (crsf_encode(&crsf, made, 64) != 64) { abort(); }
-    crsf.payload_length = 255;
-    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
-    crsf.payload_length = 61;
-    if (crsf_encode(&crsf, made, sizeof made) != 0) { abort(); }
-    crsf.payload_length = 0;
-    crsf.address = 0x55;
-    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
-}
-";
-
-/// Returns the statements that print a field of `it`.
-fn said_in_c(field: &Field, code: &str) -> String {
-    let name = member(field, code);
-    let (count, value) = match (field.count, field.is_text()) {
-        (Some(count), _) => (count.to_string(), format!("it->{name}[i]")),
-        (None, true) => (format!("it->{name}_length"), format!("it->{name}[i]")),
-        (None, false) => ("1".to_owned(), format!("it->{name}")),
-    };
-    let say = match code
-        .lines()
-        .find_map(|line| line.trim().strip_suffix(&format!(" {name};")))
-    {
-        Some("float") => format!("say_float({value});"),
-        Some("uint64_t") => format!("printf(\" %llu\", (unsigned long long){value});"),
-        _ => format!("printf(\" %lld\", (long long){value});"),
-    };
-    let condition = if code.contains(&format!("bool has_{name};")) {
-        format!("it->has_{name}")
-    } else {
-        "true".into()
-    };
-    format!(
-        "if ({condition}) {{\nprintf(\"{}\");\nfor (i = 0; i < {count}; i++) {{\n{say}\n}}\nprintf(\"\\n\");\n}}\n",
-        field.name
-    )
-}
-
-/// Returns C code that encodes the message without this field, which short frames lack. The code aborts if the result is
-/// a frame that has the field. Returns `None` if all frames have the field.
-fn without_in_c(name: &str, field: &Field, code: &str) -> Option<String> {
-    let has = format!("has_{}", member(field, code));
-    let index = code
-        .split_once(&format!("void {name}_decode(const uint8_t *frame, "))?
-        .1;
-    let index = index.split_once(' ')?.0;
-    code.contains(&format!("bool {has};")).then(|| {
-        let upper = name.to_uppercase();
-        format!(
-            "if (message->{has}) {{\n{name}_message other = *message;\n{name}_message again;\nother.{has} = false;\n\
-             length = {name}_encode(&other, made, {upper}_LONGEST);\n\
-             if (length > 0) {{\n{name}_decode(made, ({index})length, &again);\n\
-             if (again.{has}) {{\nabort();\n}}\n}}\n}}\n"
-        )
-    })
 }
 
 #[test]

@@ -24,12 +24,10 @@ static bool next(int *kind, uint8_t *number)
     return *kind != EOF;
 }
 
-#if defined(INTERRUPT)
+#if defined(INTERRUPT) || defined(RING)
 static uint32_t now;
 static uint8_t in_uart;
 static bool is_wrong;
-static bool is_disabled;
-static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
 bool uart_has_error(void)
 {
@@ -40,6 +38,11 @@ uint8_t uart_read(void)
 {
     return in_uart;
 }
+#endif
+
+#if defined(INTERRUPT)
+static bool is_disabled;
+static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
 /* Interrupts `control`, unless the interrupts are disabled. */
 static void interrupt_control(void)
@@ -103,53 +106,7 @@ static void run(void)
         }
     }
 }
-#elif defined(DMA)
-volatile uint8_t dma_buffer[DMA_SIZE];
-static uint8_t position;
-
-uint8_t dma_position(void)
-{
-    return position;
-}
-
-void set_channels(const uint8_t *packed)
-{
-    say(packed, 22U);
-}
-
-/* Steps: {0, byte} is a received byte, {1, 0} is an interrupt of the DMA, and {1, 1} is the idle-line interrupt. */
-static void run(void)
-{
-    int kind;
-    uint8_t number;
-
-    start();
-    while (next(&kind, &number)) {
-        if (kind == 0) {
-            dma_buffer[position] = number;
-            position = (uint8_t)((position + 1U) % DMA_SIZE);
-        } else if (number == 0U) {
-            dma_interrupt();
-        } else {
-            idle_line_interrupt();
-        }
-    }
-}
 #elif defined(RING)
-static uint32_t now;
-static uint8_t in_uart;
-static bool is_wrong;
-
-bool uart_has_error(void)
-{
-    return is_wrong;
-}
-
-uint8_t uart_read(void)
-{
-    return in_uart;
-}
-
 uint32_t milliseconds(void)
 {
     return now;

@@ -1,23 +1,16 @@
 //! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
-use std::fs;
-use std::process::Command;
-
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-use framelock::{
-    BufferedReceiver, Counters, Encode, EncodeInto, Format, Found, Line, LineEvent, Receiver,
-};
-use framelock_description::{Description, SHIPPED};
+use framelock::{BufferedReceiver, Counters, Encode, Format, Line, LineEvent, Receiver};
+use framelock_description::hex::glued;
+use framelock_description::{Description, shipped};
 use framelock_description_oracles as drawn;
-use framelock_formats::crsf::{self, Crsf};
 use framelock_oracles::broken;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
-use crate::compilers::{GCC, assert_same, beside, succeeds};
+use crate::compilers::{GCC, assert_same};
 use crate::delivery::{PAGE, blocks};
-use crate::headers;
 
 /// Two kinds of steps in `guide.c`: a received byte, and any other event.
 const BYTE: u8 = 0;
@@ -26,40 +19,26 @@ const EVENT: u8 = 1;
 /// Compiles `guide.c` with program number `program` of the page. Asserts that the program prints the expected
 /// output. `option` selects the part of `guide.c`.
 fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("page.c"), blocks(PAGE, "c")[program]).unwrap();
-    let executable = folder.path().join("program");
-    let include = format!("-I{}", headers::folder().display());
-    GCC.compile_with_sanitizers(&beside("guide.c"), &["-I.", &include, option], &executable);
-    assert_same(
-        &succeeds(&mut Command::new(executable), steps, ""),
-        expected,
-    );
+    let page = blocks(PAGE, "c")[program];
+    let program = GCC.program("guide.c", &[("page.c", page)], &[option]);
+    assert_same(&program.run(steps), expected);
 }
 
-/// Returns the last line of the output. Asserts that many frames were received, some of them after discarded bytes.
-fn summary(counters: &Counters) -> String {
-    assert!(
-        counters.frames > 500 && counters.resynchronisations > 50,
-        "{counters:?}"
-    );
-    totals(counters)
+/// Asserts that many frames were received, some of them after discarded bytes.
+fn assert_many(counters: &Counters) {
+    let is_many = counters.frames > 500 && counters.resynchronisations > 50;
+    assert!(is_many, "{counters:?}");
 }
 
 /// Returns the last line of the output.
 fn totals(counters: &Counters) -> String {
-    let Counters {
-        frames,
-        bytes,
-        resynchronisations,
-        ..
-    } = counters;
+    let (frames, bytes) = (counters.frames, counters.bytes);
+    let resynchronisations = counters.resynchronisations;
     format!("{frames} frames in {bytes} bytes, {resynchronisations} resynchronisations\n")
 }
 
 fn hex(bytes: &[u8]) -> String {
-    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-    digits.concat() + "\n"
+    glued(bytes) + "\n"
 }
 
 /// Returns what arrives of a frame. About one frame in 20 has a fault.
@@ -143,12 +122,8 @@ fn interrupt_handler_with_failsafe() {
     assert!(text.lines().filter(has_moved).count() > 100, "it moves");
     let events = line.counters().events;
     assert!(events.framing > 50 && events.idle > 1000, "{events:?}");
-    check(
-        0,
-        "-DINTERRUPT",
-        &steps,
-        &(text + &summary(line.counters())),
-    );
+    assert_many(line.counters());
+    check(0, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
 }
 
 /// A frame that contains the end of a frame and the beginning of another one.
@@ -177,7 +152,6 @@ fn the_interrupt_handler_is_right_after_one_pause() {
 /// The programs that have a buffered receiver.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Buffer {
-    Dma,
     Ring,
     Queue,
 }
@@ -187,7 +161,7 @@ fn expected(
     buffer: Buffer,
     description: &Description,
     steps: &[u8],
-    say: impl Fn(&[u8]) -> Option<String>,
+    say: impl Fn(&[u8]) -> String,
 ) -> String {
     let format = description.format();
     let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
@@ -216,26 +190,26 @@ fn expected(
             }
         }
         for byte in waiting.drain(..) {
-            let said = line.push(byte).and_then(|frame| say(frame.bytes()));
-            text.push_str(&said.unwrap_or_default());
+            if let Some(frame) = line.push(byte) {
+                text.push_str(&say(frame.bytes()));
+            }
         }
         let pause = match buffer {
-            Buffer::Dma => step[1] == 1,
             Buffer::Ring => line.pending() > 0 && now - byte_time >= 50,
             Buffer::Queue => true,
         };
         let before = text.len();
         if let Some(event) = event.take().or(pause.then_some(LineEvent::Idle)) {
             line.line_event(event, |found| {
-                if let Found::Frame { message, .. } = found {
-                    text.push_str(&say(message.bytes()).unwrap_or_default());
+                if let Some(frame) = found.message() {
+                    text.push_str(&say(frame.bytes()));
                 }
             });
         }
         while buffer == Buffer::Ring
             && let Some(frame) = line.poll()
         {
-            text.push_str(&say(frame.bytes()).unwrap_or_default());
+            text.push_str(&say(frame.bytes()));
         }
         at_events += u32::from(text.len() > before);
     }
@@ -250,7 +224,8 @@ fn expected(
     assert_eq!(events.overrun > 50, buffer == Buffer::Ring, "{events:?}");
     assert_eq!(events.framing > 50, buffer == Buffer::Ring, "{events:?}");
     assert_eq!(events.parity > 50, buffer == Buffer::Queue, "{events:?}");
-    text + &summary(line.counters())
+    assert_many(line.counters());
+    text + &totals(line.counters())
 }
 
 /// Returns steps with the frames, some of which are faulty. An event follows some of the frames. There are at most
@@ -279,9 +254,18 @@ fn steps(
     steps
 }
 
-fn shipped(name: &str) -> Description {
-    let (_, text) = SHIPPED.iter().find(|it| it.0 == name).unwrap();
-    Description::parse(name, text).unwrap()
+/// Replaces some of the bytes by errors.
+fn with_errors(steps: &mut [u8], random: &mut ChaCha8Rng) {
+    for step in steps.chunks_exact_mut(2) {
+        if step[0] == BYTE && random.random_range(0..500) == 0 {
+            // In the program with a queue, 1 is a parity error.
+            step.copy_from_slice(&[ERROR, 1]);
+        }
+    }
+}
+
+fn description(name: &str) -> Description {
+    Description::parse(name, shipped(name).unwrap()).unwrap()
 }
 
 /// Draws random frames 500 times, and returns all of them.
@@ -292,35 +276,11 @@ fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u
 }
 
 #[test]
-fn dma() {
-    let random = &mut ChaCha8Rng::seed_from_u64(2);
-    let frames = (0..3000).map(|number| {
-        // Some senders append a byte to the channels.
-        let payload: [u8; 23] = random.random();
-        let message = crsf::Message {
-            address: 0xC8,
-            kind: if number % 8 == 0 { 0x14 } else { 0x16 },
-            payload: &payload[..22 + number % 2],
-        };
-        Crsf.encode_into(message, &mut [0; 64]).unwrap().to_vec()
-    });
-    let frames: Vec<Vec<u8>> = frames.collect();
-    let steps = steps(frames, 60, random);
-    let channels = |frame: &[u8]| (frame[2] == 0x16).then(|| hex(&frame[3..25]));
-    let expected = expected(Buffer::Dma, &shipped("crsf"), &steps, channels);
-    check(1, "-DDMA", &steps, &expected);
-}
-
-#[test]
 fn main_loop_with_ring_buffer() {
     let random = &mut ChaCha8Rng::seed_from_u64(3);
-    let description = shipped("nmea");
+    let description = description("nmea");
     let mut steps = steps(drawn_frames(&description, random), 70, random);
-    for step in steps.chunks_exact_mut(2) {
-        if step[0] == BYTE && random.random_range(0..500) == 0 {
-            step[0] = ERROR;
-        }
-    }
+    with_errors(&mut steps, random);
     // Some pauses are long enough.
     let steps = steps.chunks_exact(2).flat_map(|step| match step[0] {
         EVENT if random.random() => [step, &[EVENT, random.random_range(40..60)]].concat(),
@@ -329,7 +289,7 @@ fn main_loop_with_ring_buffer() {
     let steps: Vec<u8> = steps.collect();
     let sentence = |frame: &[u8]| {
         let star = frame.iter().rposition(|byte| *byte == b'*');
-        Some(hex(&frame[1..star.unwrap()]))
+        hex(&frame[1..star.unwrap()])
     };
     let expected = expected(Buffer::Ring, &description, &steps, sentence);
     check(2, "-DRING", &steps, &expected);
@@ -338,18 +298,13 @@ fn main_loop_with_ring_buffer() {
 #[test]
 fn task_with_queue() {
     let random = &mut ChaCha8Rng::seed_from_u64(4);
-    let description = shipped("mavlink2");
+    let description = description("mavlink2");
     let mut steps = steps(drawn_frames(&description, random), usize::MAX, random);
-    for step in steps.chunks_exact_mut(2) {
-        if step[0] == BYTE && random.random_range(0..500) == 0 {
-            // A parity error.
-            step.copy_from_slice(&[ERROR, 1]);
-        }
-    }
+    with_errors(&mut steps, random);
     let message = |frame: &[u8]| {
         let number = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
         let payload = &frame[10..][..usize::from(frame[1])];
-        Some(format!("{number} {}", hex(payload)))
+        format!("{number} {}", hex(payload))
     };
     let expected = expected(Buffer::Queue, &description, &steps, message);
     check(3, "-DQUEUE", &steps, &expected);

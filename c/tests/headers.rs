@@ -3,7 +3,6 @@
 //!
 //! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c headers` writes the headers and the version.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -55,6 +54,7 @@ fn failsafe_and_arduino_library_state_the_version() {
             " of framelock.",
         ),
         ("arduino/library.properties", "version=", ""),
+        ("arduino/library.json", "  \"version\": \"", "\","),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
         let text = fs::read_to_string(&path).unwrap();
@@ -72,17 +72,12 @@ fn no_compiler_warns_of_headers() {
     let here = TempDir::new().unwrap();
     let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| header_name(name)).collect();
     names.push("failsafe".to_owned());
-    let mut included = String::new();
-    for name in &names {
-        let path = folder().join(name.clone() + ".h");
-        writeln!(included, "#include \"{}\"", path.display()).unwrap();
-    }
-    let mut defined = String::new();
-    let mut declared = String::new();
-    for name in &names {
-        writeln!(defined, "#define {}_DEFINITIONS 1", name.to_uppercase()).unwrap();
-        writeln!(declared, "#define {}_DEFINITIONS 0", name.to_uppercase()).unwrap();
-    }
+    let each = |line: &dyn Fn(&str) -> String| names.iter().map(|name| line(name)).collect();
+    let folder = folder();
+    let included: String = each(&|name| format!("#include \"{}/{name}.h\"\n", folder.display()));
+    let [declared, defined]: [String; 2] = [0, 1].map(|value| {
+        each(&|name| format!("#define {}_DEFINITIONS {value}\n", name.to_uppercase()))
+    });
     let tables = "#define FAILSAFE_AXES 6\n#define FAILSAFE_DEMAND uint16_t\n";
     for compiler in &ALL {
         for (variant, first) in ["", &defined, &declared, tables].iter().enumerate() {

@@ -2,16 +2,14 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::process::Command;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Encode, Parser, Receiver};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
-use crate::compilers::{GCC, assert_same, beside, succeeds};
+use crate::compilers::{GCC, assert_same};
 use crate::delivery::blocks;
 use crate::headers;
 
@@ -48,20 +46,15 @@ fn the_lectures_code_does_what_lecture_does_and_the_other_what_receiver_does() {
     let receiver = setpoints(Receiver::<Bin>::new(), &stream);
     assert_ne!(lecture, receiver);
 
-    let folder = TempDir::new().unwrap();
     let [lectures, _, _, ours] = blocks(PAGE, "c")[..] else {
         panic!("the page has four blocks of C");
     };
-    let include = format!("-I{}", headers::folder().display());
     for (code, option, expected) in [
         (lectures, "-UFRAMELOCK", lecture),
         (ours, "-DFRAMELOCK", receiver),
     ] {
-        let program = folder.path().join("program");
-        fs::write(folder.path().join("page.c"), code).unwrap();
-        GCC.compile(&beside("lecture.c"), &["-I.", option, &include], &program);
-        let found = succeeds(&mut Command::new(program), &stream, "");
-        assert_same(&found, &expected);
+        let program = GCC.program("lecture.c", &[("page.c", code)], &[option]);
+        assert_same(&program.run(&stream), &expected);
     }
 }
 

@@ -11,6 +11,7 @@ mod arduino;
 mod compilers;
 mod delivery;
 mod difference;
+mod dma;
 mod failsafe;
 mod generated;
 mod guide;

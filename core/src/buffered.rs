@@ -48,17 +48,17 @@ mod verification;
 ///
 /// The receiver goes through the stream from left to right. If a frame begins at the current byte, the receiver
 /// delivers the frame and continues after it. If no frame begins there, the receiver drops one byte. If the format
-/// cannot decide yet, the receiver waits for more bytes (theorem 13a). So the receiver delivers every frame that
-/// arrives whole. The only exception is a frame that shares bytes with an earlier delivered frame (13d).
+/// cannot decide yet, the receiver waits for more bytes. So the receiver delivers every frame that arrives whole. The
+/// only exception is a frame that shares bytes with an earlier delivered frame.
 ///
 /// # What to expect
 ///
 /// * **Latency.** After a false start a frame of `n` bytes may be delivered late: up to `LONGEST - n` bytes after the
-///   frame's last byte, or with the next line event (13e). In a stream without errors each frame is delivered with its
-///   last byte. Choose the failsafe's times long enough for this delay.
+///   frame's last byte, or with the next line event. In a stream without errors each frame is delivered with its last
+///   byte. Choose the failsafe's times long enough for this delay.
 /// * **Cost.** Each call of [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, whatever
-///   the stream (13c). Most calls of `push` only store the byte. The documentation of `framelock-formats` has a table
-///   with the cost per byte, in clean streams and in the streams that cost the most.
+///   the stream. Most calls of `push` only store the byte. The documentation of `framelock-formats` has a table with
+///   the cost per byte, in clean streams and in the streams that cost the most.
 /// * **Limits of every receiver.** If a false frame passes the format's check, the receiver delivers the false frame,
 ///   and loses each true frame that shares bytes with the false one. If the first bytes of a frame are lost, and bytes
 ///   of its payload look like a frame, the receiver delivers these bytes as a frame.
@@ -90,20 +90,21 @@ mod verification;
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
 /// }
 ///
+/// // `feed` delivers every complete frame. After `push`, call `poll` until it returns `None`.
 /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
 /// let mut received = Vec::new();
-/// for byte in *b"#\x03one" {
-///     received.extend(receiver.push(byte).map(|frame| frame.message().to_vec()));
-/// }
-/// assert_eq!(received, [b"one"]);
-///
-/// // A false start claims that 16 bytes follow. The frame after it waits until a line event delivers it.
-/// receiver.feed(b"#\x10#\x03two", |_| unreachable!());
-/// assert_eq!(receiver.pending(), 7);
-/// receiver.line_event(LineEvent::Idle, |found| {
-///     received.extend(found.message().map(|frame| frame.message().to_vec()));
+/// receiver.feed(b"#\x03one#\x03two", |found| {
+///     received.extend(found.decoded().map(<[u8]>::to_vec));
 /// });
 /// assert_eq!(received, [b"one", b"two"]);
+///
+/// // A false start claims that 16 bytes follow. The frame after it waits until a line event delivers it.
+/// receiver.feed(b"#\x10#\x03six", |_| unreachable!());
+/// assert_eq!(receiver.pending(), 7);
+/// receiver.line_event(LineEvent::Idle, |found| {
+///     received.extend(found.decoded().map(<[u8]>::to_vec));
+/// });
+/// assert_eq!(received, [b"one", b"two", b"six"]);
 /// ```
 /// A buffer that is too short for the longest frame does not compile:
 /// ```compile_fail,E0080
@@ -302,8 +303,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// bytes that [`push`](Self::push) has left undecided come first.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
-    /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order (theorem 13a). The function
-    /// copies every byte, even if a frame lies whole in the slice. For long slices `feed` is faster than this function.
+    /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order. The function copies every byte,
+    /// even if a frame lies whole in the slice. For long slices `feed` is faster than this function.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).
@@ -368,9 +369,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. If no bytes are
     /// pending before the call, the function does not copy frames that lie whole in the slice.
     ///
-    /// The results do not depend on how a stream is cut into slices (theorem 13a). If the call drops `d` bytes and
-    /// delivers `f` frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the
-    /// bytes that `push` has left undecided.
+    /// The results do not depend on how a stream is cut into slices. If the call drops `d` bytes and delivers `f`
+    /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the bytes that
+    /// `push` has left undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
@@ -446,7 +447,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Takes a line event, after which an incomplete frame cannot be continued. Delivers each frame that lies whole in
     /// the pending bytes, unless an earlier delivered frame shares bytes with it, and drops the other bytes. After the
-    /// call nothing is pending (theorem 13f).
+    /// call nothing is pending.
     ///
     /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each. To
     /// spread this work over several calls, use [`line_event_step`](Self::line_event_step).

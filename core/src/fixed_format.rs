@@ -81,6 +81,9 @@ pub trait FixedFormat: 'static {
 }
 
 /// A format that can also encode frames. Test your implementation with `check_encoding` of `framelock-formats`.
+///
+/// [`EncodeInto`](crate::EncodeInto) does the same for a [`Format`](crate::Format). There, encoding needs a buffer and
+/// may fail. A frame of fixed length needs no buffer, and encoding it cannot fail, so it has a trait of its own.
 pub trait Encode: FixedFormat {
     /// Returns the frame of a message.
     #[must_use]

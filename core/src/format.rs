@@ -43,10 +43,9 @@ pub enum Classification {
 /// 6. If `bytes` are `Incomplete`, [`classify_before`](Self::classify_before) returns either `Frame(n)`, where
 ///    `1 <= n <= bytes.len()`, or `Rejected`.
 ///
-/// Every `Layout` keeps these laws (theorem 13g, proved for streams of up to six bytes). If you implement a format
-/// yourself, test it with `check_laws` of `framelock-formats`. If a format breaks the laws, the receiver still does not
-/// panic, does not hang, and counts every byte (theorem 13b). But the delivered frames may then depend on how the
-/// stream is cut into slices.
+/// Every `Layout` keeps these laws (proved for streams of up to six bytes). If you implement a format yourself, test it
+/// with `check_laws` of `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not
+/// hang, and counts every byte. But the delivered frames may then depend on how the stream is cut into slices.
 ///
 /// # Functions for any format
 /// If a function accepts every format with a certain type of message, its bound must include `'static`, for example:

@@ -6,7 +6,7 @@
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep the
 //! machine out of step for ever. Then it commits nothing. [`Receiver`](crate::Receiver) delivers a frame during every
-//! whole frame that it takes (theorem 7).
+//! whole frame that it takes.
 
 use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};

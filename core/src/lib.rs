@@ -1,36 +1,51 @@
 //! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation.
 //!
-//! A motion-simulator PC sends frames of seven bytes: `'A' 'B' reserved pitch roll yaw CR`. Push the received bytes
-//! one by one. `push` returns the setpoint when it takes a frame's last byte, the CR, and at no other time:
+//! Describe your frame as a type. The frame in this example has the byte FE, a throttle of 16 bits, and a line feed.
+//! Push the received bytes one by one. `push` returns the message when it takes a frame's last byte, and at no other
+//! time:
 //!
 //! ```
-//! use framelock::Receiver;
-//! use framelock::motion::{Bin, Setpoint};
+//! use framelock::{FixedFormat, Receiver, Shape};
 //!
-//! let (mut receiver, mut current) = (Receiver::<Bin>::new(), None);
-//! for byte in *b"noise AB\0\x7F\xC8\x4A\r, noise" {
-//!     if let Some(setpoint) = receiver.push(byte) {
-//!         current = Some(setpoint);
+//! struct Throttle;
+//!
+//! impl FixedFormat for Throttle {
+//!     type Frame = [u8; 4];
+//!     type Message = u16;
+//!     const SHAPE: Shape<[u8; 4]> = Shape::new([Some(0xFE), None, None, Some(b'\n')]);
+//!     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
+//! }
+//!
+//! let (mut receiver, mut current) = (Receiver::<Throttle>::new(), None);
+//! for byte in *b"noise \xFE\x9C\x40\n, noise" {
+//!     if let Some(throttle) = receiver.push(byte) {
+//!         current = Some(throttle);
 //!     }
 //! }
-//! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
+//! assert_eq!(current, Some(40_000));
 //! ```
 //!
-//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks the actuators when frames stop coming. It is no
-//! safety function: the actuators need a switch that cuts their power.
+//! [`BufferedReceiver`] receives longer frames and frames of any length.
 //!
 //! # In an interrupt
 //!
 //! The UART also reports errors and pauses. Pass each error and each pause on as a line event. Then no delivered frame
 //! contains bytes from both before and after a line event. A [`Line`] takes bytes and line events, and counts every
-//! byte that it takes:
+//! byte that it takes. [`LineEvent`] lists the errors of common drivers:
 //!
 //! ```
-//! use framelock::motion::{Bin, Setpoint};
 //! use framelock::{Line, LineEvent, Receiver};
-//!
+//! # use framelock::{FixedFormat, Shape};
+//! # struct Throttle;
+//! # impl FixedFormat for Throttle {
+//! #     type Frame = [u8; 4];
+//! #     type Message = u16;
+//! #     const SHAPE: Shape<[u8; 4]> = Shape::new([Some(0xFE), None, None, Some(b'\n')]);
+//! #     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
+//! # }
 //! # enum Uart { Byte(u8), FramingError }
-//! fn on_interrupt(line: &mut Line<Receiver<Bin>>, uart: Uart) -> Option<Setpoint> {
+//!
+//! fn on_interrupt(line: &mut Line<Receiver<Throttle>>, uart: Uart) -> Option<u16> {
 //!     match uart {
 //!         Uart::Byte(byte) => return line.push(byte),
 //!         Uart::FramingError => line.event(LineEvent::Framing),
@@ -39,7 +54,7 @@
 //! }
 //!
 //! let mut line = Line::new(Receiver::new());
-//! assert_eq!(on_interrupt(&mut line, Uart::Byte(b'A')), None);
+//! assert_eq!(on_interrupt(&mut line, Uart::Byte(0xFE)), None);
 //! assert_eq!(on_interrupt(&mut line, Uart::FramingError), None);
 //! assert_eq!(line.counters().discarded.line_event, 1);
 //! ```
@@ -74,6 +89,12 @@
 //! A frame that nobody sent may share bytes with a whole frame, which is then lost. In BIN, the bytes of a repeated
 //! frame may be frames at two offsets. Then only a pause, reported as a line event, or a checksum shows which frames
 //! were sent (see [`motion::Bin`]).
+//!
+//! # A motion platform
+//!
+//! [`motion`] has the frames of a motion-simulator PC, for example [`motion::Bin`]: `'A' 'B' reserved pitch roll yaw
+//! CR`. [`motion::Failsafe`] moves the actuators to the setpoint, and parks the actuators when frames stop coming. It
+//! is no safety function: the actuators need a switch that cuts their power.
 //!
 //! # Features
 //!

@@ -6,6 +6,42 @@ use crate::lecture::Lecture;
 use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
+///
+/// # From a driver's error
+/// The kind of an event only decides which counter counts it. So a simple conversion is enough:
+///
+/// | error of | line event |
+/// |---|---|
+/// | `embedded-io` | `if error.kind() == ErrorKind::TimedOut { Idle } else { Overrun }` |
+/// | `embedded-hal-nb` | `match error.kind() { ErrorKind::Overrun => Overrun, ErrorKind::Parity => Parity, _ => Framing }` |
+/// | nRF, register `ERRORSRC` | `match errorsrc { 8.. => Break, 4.. => Framing, 2.. => Parity, _ => Overrun }` |
+/// | RP2040, `embassy-rp` | `match error { Error::Overrun => Overrun, Error::Break => Break, _ => Framing }` |
+/// | RP2040, `rp2040-hal` | the same, of `ReadErrorType` |
+/// | STM32, `embassy-stm32` | `match error { Error::Overrun => Overrun, Error::Parity => Parity, _ => Framing }` |
+/// | STM32, `stm32f4xx-hal` | the same |
+///
+/// ```
+/// use embedded_io::{Error, ErrorKind};
+/// use framelock::LineEvent;
+///
+/// fn line_event(error: impl Error) -> LineEvent {
+///     if error.kind() == ErrorKind::TimedOut { LineEvent::Idle } else { LineEvent::Overrun }
+/// }
+/// assert_eq!(line_event(ErrorKind::TimedOut), LineEvent::Idle);
+/// ```
+/// ```
+/// use embedded_hal_nb::serial::{Error, ErrorKind};
+/// use framelock::LineEvent;
+///
+/// fn line_event(error: impl Error) -> LineEvent {
+///     match error.kind() {
+///         ErrorKind::Overrun => LineEvent::Overrun,
+///         ErrorKind::Parity => LineEvent::Parity,
+///         _ => LineEvent::Framing,
+///     }
+/// }
+/// assert_eq!(line_event(ErrorKind::FrameFormat), LineEvent::Framing);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -160,7 +196,7 @@ impl fmt::Display for Counters {
 
 /// A receiver that also takes line events, and counts the outcome of each byte.
 ///
-/// The counters always satisfy this equation modulo 2³² (theorem 9):
+/// The counters always satisfy this equation modulo 2³²:
 ///
 /// ```text
 /// bytes = frame_bytes + discarded + pending

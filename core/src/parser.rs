@@ -259,7 +259,7 @@ macro_rules! next_by_pushing {
         /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
         ///
         /// Call this function until it returns `None`. By then it has returned the frames that [`feed`](Self::feed)
-        /// would report, in the same order (theorem 6). For long slices `feed` is faster than this function.
+        /// would report, in the same order. For long slices `feed` is faster than this function.
         #[inline]
         pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
             self.next_with(bytes, |_| ())

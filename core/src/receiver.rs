@@ -64,7 +64,7 @@ impl<F: FixedFormat> Receiver<F> {
         frame.map(Self::decode)
     }
 
-    /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided (theorem 6).
+    /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided.
     ///
     /// Usually makes one comparison with the shape. When a frame turns out to be broken, makes up to one more
     /// comparison per pending byte.
@@ -101,7 +101,7 @@ impl<F: FixedFormat> Receiver<F> {
     next_by_pushing!(F::Message);
 
     /// Takes a line event, after which an incomplete frame cannot be continued. Discards the pending bytes, so no later
-    /// frame contains a byte from before the event (theorem 8).
+    /// frame contains a byte from before the event.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<F::Message>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {

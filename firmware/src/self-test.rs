@@ -1,4 +1,4 @@
-//! The self-test: checks on this chip the assumptions that the firmware makes, and logs the results as a table.
+//! The self-test: checks on this chip the assumptions that the firmware makes, and logs the results as a report.
 //!
 //! It needs one wire, from P1.01 to P1.02: D0 to D1 on the nRF52840-DK. It cannot use the firmware's own pin,
 //! P0.08, because the kit's probe may drive that pin.
@@ -22,13 +22,15 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::{DWT, NVIC, SCB};
 use cortex_m_rt::entry;
+use framelock::motion::Failsafe;
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{Level, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
-use nrf52840_hal::pac::{self, Interrupt, NVMC, PWM0};
+use nrf52840_hal::pac::{self, FICR, Interrupt, NVMC, PWM0, TIMER0};
 
 use crate::loopback::{BYTE, Receiver, Sender, pause, wait};
-use crate::settings::{BAUD, Line, PULSE_PERIOD, Parser};
+use crate::setpoint::Published;
+use crate::settings::{BAUD, BYTE_TIME, FAILSAFE, Line, PULSE_PERIOD, Parser, TICK};
 use crate::telemetry::COUNTERS;
 
 /// Number of frames in one transmission.
@@ -42,7 +44,7 @@ const MOST_CYCLES: u32 = 320;
 
 /// The numbers of the table, three per row. A debugger shows them with `print ANSWERS`.
 #[unsafe(no_mangle)]
-static ANSWERS: [[AtomicU32; 3]; 10] = [const { [const { AtomicU32::new(0) }; 3] }; 10];
+static ANSWERS: [[AtomicU32; 3]; 12] = [const { [const { AtomicU32::new(0) }; 3] }; 12];
 
 /// The state of the test. 0: running. 1: finished, and all numbers are in [`ANSWERS`]. 2: the wire is missing.
 #[unsafe(no_mangle)]
@@ -52,6 +54,11 @@ static FINISHED: AtomicU32 = AtomicU32::new(0);
 /// Mbaud. A debugger may set a shorter time.
 #[unsafe(no_mangle)]
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
+
+/// The largest number of units by which an output may move from one poll to the next. A debugger may set a smaller bound,
+/// to see that row 17 is not fine.
+#[unsafe(no_mangle)]
+static BOUND: AtomicU32 = AtomicU32::new(FAILSAFE.most_per_poll());
 
 /// Stores a row of numbers, and logs them with "fine" or "NOT FINE".
 macro_rules! answer {
@@ -95,7 +102,7 @@ fn main() -> ! {
     let pin = pins.p1_02.into_pullup_input().degrade();
     let receiver = Receiver::new(&chip.UARTE0, &pin);
 
-    defmt::info!("framelock self-test, P1.01 wired to P1.02");
+    begin_report(&chip.FICR);
     cache(&chip.NVMC, SENT);
     period(chip.PWM0, WIDTHS);
     if is_wired(&receiver, &sender, SENT) {
@@ -116,9 +123,10 @@ fn main() -> ! {
             // SAFETY: no critical section relies on the mask, and all state that the handlers use is initialised.
             unsafe { NVIC::unmask(interrupt) };
         }
-        loopback(&sender, SENT);
+        loopback(&sender, SENT, chip.TIMER0);
+        telemetry::log_counters();
+        defmt::info!("--- end ---");
         FINISHED.store(1, Ordering::Relaxed);
-        defmt::info!("done");
     } else {
         FINISHED.store(2, Ordering::Relaxed);
         defmt::error!("nothing was received: is P1.01 wired to P1.02?");
@@ -126,6 +134,26 @@ fn main() -> ! {
     loop {
         cortex_m::asm::wfi();
     }
+}
+
+/// Logs the first lines of the report: the program's version, and the chip.
+fn begin_report(ficr: &FICR) {
+    let info = &ficr.info;
+    let variant = info.variant.read().bits().to_be_bytes();
+    defmt::info!("--- framelock board report ---");
+    defmt::info!(
+        "image: self-test {=str}, {=u32} baud",
+        env!("CARGO_PKG_VERSION"),
+        BAUD
+    );
+    defmt::info!(
+        "chip: nRF{=u32:x} {=str}, package {=u32:x}, {=u32} KiB of RAM, {=u32} KiB of flash",
+        info.part.read().bits(),
+        core::str::from_utf8(&variant).unwrap_or("without a build code"),
+        info.package.read().bits(),
+        info.ram.read().bits(),
+        info.flash.read().bits()
+    );
 }
 
 /// Returns whether a byte arrives over the wire.
@@ -330,19 +358,98 @@ fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     servo::stop();
 }
 
-/// Row 2: sends frames to the firmware's own reception, at the firmware's baud rate. Every frame must be delivered.
-fn loopback(sender: &Sender, bytes: &[u8]) {
+/// The firmware's main loop without its pins: polls a failsafe once a tick, and measures its outputs.
+struct MainLoop {
+    timer: TIMER0,
+    failsafe: Failsafe<u8, 3>,
+    seen: Published,
+    polled_at: u32,
+    output: [u8; 3],
+    /// The largest number of units by which an axis moved from one poll to the next.
+    largest_step: u32,
+    /// The lowest and the highest output.
+    range: [u8; 2],
+    /// The largest number of cycles for which handlers interrupted this loop, including a pass of the loop.
+    longest_handler: u32,
+}
+
+impl MainLoop {
+    fn start(timer: TIMER0) -> Self {
+        clock::count_microseconds(&timer);
+        let Ok(failsafe) = Failsafe::new(FAILSAFE, 0) else {
+            SCB::sys_reset() // The settings assert the same at compile time.
+        };
+        Self {
+            timer,
+            failsafe,
+            seen: Published::now(),
+            polled_at: 0,
+            output: FAILSAFE.park,
+            largest_step: 0,
+            range: [u8::MAX, 0],
+            longest_handler: 0,
+        }
+    }
+
+    fn now(&self) -> u32 {
+        clock::microseconds(&self.timer)
+    }
+
+    /// Runs for this time, in microseconds.
+    fn run_for(&mut self, time: u32) {
+        let began = self.now();
+        let mut last_pass = DWT::cycle_count();
+        loop {
+            let now = self.now();
+            let pass = DWT::cycle_count();
+            self.longest_handler = self.longest_handler.max(pass.wrapping_sub(last_pass));
+            last_pass = pass;
+            if now.wrapping_sub(self.polled_at) >= TICK {
+                self.polled_at = now;
+                self.poll(now);
+                last_pass = DWT::cycle_count();
+            }
+            if now.wrapping_sub(began) >= time {
+                break;
+            }
+        }
+    }
+
+    fn poll(&mut self, now: u32) {
+        let published = Published::now();
+        if published != self.seen {
+            self.seen = published;
+            self.failsafe.frame(published.setpoint());
+        }
+        let output = self.failsafe.poll(now).axes;
+        receive::tick();
+        for (last, new) in self.output.into_iter().zip(output) {
+            self.largest_step = self.largest_step.max(last.abs_diff(new).into());
+            let [lowest, highest] = self.range;
+            self.range = [lowest.min(new), highest.max(new)];
+        }
+        self.output = output;
+    }
+}
+
+/// Rows 2, 16 and 17: sends frames to the firmware's own reception, at the firmware's baud rate. Every frame must be
+/// delivered. The pitch jumps from one end to the other, and the failsafe's outputs must not.
+fn loopback(sender: &Sender, bytes: &mut [u8], timer: TIMER0) {
     let byte_count = BAUD / 10_000 * MILLISECONDS.load(Ordering::Relaxed);
     let rounds = byte_count / bytes.len() as u32;
-    defmt::info!("2 sending {=u32} bytes at {=u32} baud", byte_count, BAUD);
+    defmt::info!("sending: {=u32} bytes", byte_count);
     sender.set_baud(settings::baud_register());
+    let mut main_loop = MainLoop::start(timer);
     for _ in 0..rounds {
-        sender.send(bytes, || {
-            receive::tick();
-        });
+        // The pitch stays at each end for 2^18 us. The failsafe needs 200 ms for the full travel.
+        let is_low = main_loop.now() & (1 << 18) == 0;
+        for pitch in bytes.iter_mut().skip(2).step_by(7) {
+            *pitch = if is_low { 0 } else { 255 };
+        }
+        let time = bytes.len() as u32 * BYTE_TIME;
+        sender.send(bytes, || main_loop.run_for(time));
     }
-    pause(640_000);
-    receive::tick();
+    main_loop.run_for(10_000);
     let sent = rounds * FRAMES as u32;
     let commits = COUNTERS.frames.get();
     let overruns = COUNTERS.overrun.get();
@@ -351,5 +458,21 @@ fn loopback(sender: &Sender, bytes: &[u8]) {
         "2 frames sent | all committed, no overrun | {=u32} sent, {=u32} committed, {=u32} overruns | {=str}",
         [sent, commits, overruns],
         commits == sent && overruns == 0
+    );
+    let longest = main_loop.longest_handler;
+    answer!(
+        10,
+        "16 cycles of the worst handler | at most 3200, because five bytes can wait | {=u32} | {=str}",
+        [longest],
+        longest <= 5 * BYTE
+    );
+    let step = main_loop.largest_step;
+    let bound = BOUND.load(Ordering::Relaxed);
+    let [lowest, highest] = main_loop.range.map(u32::from);
+    answer!(
+        11,
+        "17 units that an output moves between two polls | at most {=u32} | {=u32}, between {=u32} and {=u32} | {=str}",
+        [bound, step, lowest, highest],
+        step <= bound && lowest < highest
     );
 }

@@ -226,7 +226,6 @@ pub(crate) fn log(state: OutputState) {
     #[cfg(feature = "defmt")]
     {
         const HOLD_AFTER: u32 = crate::settings::FAILSAFE.hold_after;
-        let c = &COUNTERS;
         match state {
             OutputState::NoFrames => defmt::info!("no frames"),
             OutputState::SlowFrames => defmt::warn!(
@@ -237,36 +236,43 @@ pub(crate) fn log(state: OutputState) {
             OutputState::Approach => defmt::info!("approach"),
             OutputState::Live => defmt::info!("live"),
         }
-        defmt::info!(
-            "bytes {=u32} frames {=u32} pending {=u32}",
-            c.bytes.get(),
-            c.frames.get(),
-            c.pending.get()
-        );
-        defmt::info!(
-            "discarded: no sync {=u32} broken sync {=u32} check {=u32} terminator {=u32} line event {=u32}; resynchronised {=u32}",
-            c.no_sync.get(),
-            c.broken_sync.get(),
-            c.checksum_mismatch.get(),
-            c.wrong_terminator.get(),
-            c.line_event.get(),
-            c.resynchronisations.get()
-        );
-        defmt::info!(
-            "line: framing {=u32} parity {=u32} overrun {=u32} break {=u32} low for {=u32} ms idle {=u32} skipped {=u32} restarts {=u32} unserved {=u32}",
-            c.framing.get(),
-            c.parity.get(),
-            c.overrun.get(),
-            c.line_break.get(),
-            c.break_ticks.get() * (crate::settings::TICK / 1_000),
-            c.idle.get(),
-            c.skipped.get(),
-            c.restarts.get(),
-            c.unserved.get()
-        );
+        log_counters();
     }
     #[cfg(not(feature = "defmt"))]
     let _ = state;
+}
+
+/// Logs the counters.
+#[cfg(feature = "defmt")]
+pub(crate) fn log_counters() {
+    let c = &COUNTERS;
+    defmt::info!(
+        "bytes {=u32} frames {=u32} pending {=u32}",
+        c.bytes.get(),
+        c.frames.get(),
+        c.pending.get()
+    );
+    defmt::info!(
+        "discarded: no sync {=u32} broken sync {=u32} check {=u32} terminator {=u32} line event {=u32}; resynchronised {=u32}",
+        c.no_sync.get(),
+        c.broken_sync.get(),
+        c.checksum_mismatch.get(),
+        c.wrong_terminator.get(),
+        c.line_event.get(),
+        c.resynchronisations.get()
+    );
+    defmt::info!(
+        "line: framing {=u32} parity {=u32} overrun {=u32} break {=u32} low for {=u32} ms idle {=u32} skipped {=u32} restarts {=u32} unserved {=u32}",
+        c.framing.get(),
+        c.parity.get(),
+        c.overrun.get(),
+        c.line_break.get(),
+        c.break_ticks.get() * (crate::settings::TICK / 1_000),
+        c.idle.get(),
+        c.skipped.get(),
+        c.restarts.get(),
+        c.unserved.get()
+    );
 }
 
 /// Logs the location of a panic.

@@ -3,7 +3,7 @@
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
+use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_352];
@@ -16,22 +16,9 @@ fn uicr(firmware: &mut Firmware) -> [u32; 3] {
     UICR.map(|(word, _)| firmware.board.register(word).unwrap())
 }
 
-/// Causes one reset by a fault.
-fn reset_by_software(firmware: &mut Firmware) {
-    firmware.board.let_faults_be_handled();
-    let code = firmware.patch("TIMER0", UNDEFINED);
-    let resets = firmware.resets().len();
-    while firmware.resets().len() == resets {
-        firmware.run_for(20);
-    }
-    firmware.patch("TIMER0", code);
-}
-
 /// Sends a hundred frames a second until the outputs follow them.
 fn live(firmware: &mut Firmware) {
-    for _ in 0..60 {
-        firmware.send_and_wait(&frame(DEMAND), 9 * MILLISECOND);
-    }
+    firmware.drive(600, 10, |_| DEMAND);
     let now = firmware.board.now();
     let pulses = pulses(firmware, now - 25 * MILLISECOND);
     assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
@@ -50,19 +37,19 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     firmware.board.reset();
     firmware.run_for(5 * MILLISECOND);
     assert!(firmware.board.debug_port_is_open());
-    reset_by_software(&mut firmware);
+    firmware.fault_in(&["TIMER0"]);
     assert!(!firmware.board.debug_port_is_open(), "each reset closes it");
     firmware.run_for(5 * MILLISECOND);
     assert!(firmware.board.debug_port_is_open());
-    firmware.board.stick_main_loop().unwrap();
-    firmware.run_for(300 * MILLISECOND);
+    firmware.starve_the_watchdog();
     assert!(firmware.board.debug_port_is_open());
     expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
     assert_eq!(firmware.resets(), expected, "UICR is not written again");
     assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
 }
 
-/// Other boards may use the reset pin, or have words of their own in UICR. The self-test is such an image, too.
+/// Other boards may use the reset pin, or have words of their own in UICR. The self-test is such an image, too. On some
+/// chips, another image or a debugger has written a word before.
 #[test]
 fn no_other_image_writes_to_uicr() {
     for image in [
@@ -73,24 +60,13 @@ fn no_other_image_writes_to_uicr() {
         "bin-crc8",
         "self-test",
     ] {
-        let mut firmware = Firmware::on_an_erased_chip(image);
-        firmware.run_for(5 * MILLISECOND);
-        assert_eq!(uicr(&mut firmware), [u32::MAX; 3], "{image}");
-        assert!(!firmware.board.debug_port_is_open(), "{image}");
-        assert!(firmware.resets().is_empty(), "{image}");
-    }
-}
-
-/// A chip on which a word was written before, by another image or by a debugger.
-#[test]
-fn no_other_image_completes_what_is_written_to_uicr() {
-    for image in ["default", "small"] {
-        for written in UICR {
+        for written in UICR.map(Some).into_iter().chain([None]) {
             let mut firmware = Firmware::on_an_erased_chip(image);
-            firmware.write_uicr([written]);
+            firmware.write_uicr(written);
             let before = uicr(&mut firmware);
             firmware.run_for(5 * MILLISECOND);
             assert_eq!(uicr(&mut firmware), before, "{image}");
+            assert!(!firmware.board.debug_port_is_open(), "{image}");
             assert!(firmware.resets().is_empty(), "{image}");
         }
     }
@@ -137,10 +113,11 @@ fn what_someone_else_wrote_to_uicr_stays() {
 
 #[test]
 fn the_instruction_cache_is_on() {
+    const NVMC_ICACHECNF: u32 = 0x4001_E540;
     let mut firmware = Firmware::at_power_on("default");
-    assert!(!firmware.board.instruction_cache_is_on());
+    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 0);
     firmware.run_for(3 * MILLISECOND);
-    assert!(firmware.board.instruction_cache_is_on());
+    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 1);
 }
 
 /// Frames arrive, but the failsafe's time does not advance. No tick wakes the main loop, so nobody feeds the
@@ -150,9 +127,7 @@ fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
     const TIMER0_TASKS_STOP: u32 = 0x4000_8004;
     let mut firmware = Firmware::booted("default");
     firmware.board.set_register(TIMER0_TASKS_STOP, 1).unwrap();
-    for _ in 0..40 {
-        firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
-    }
+    firmware.drive(400, 10, |_| [1, 2, 3]);
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
@@ -187,14 +162,11 @@ fn the_servos_wires_are_driven_low_before_anything_else() {
 #[test]
 fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
     for reset in [
-        reset_by_software,
+        |firmware: &mut Firmware| firmware.fault_in(&["TIMER0"]),
         |firmware: &mut Firmware| firmware.board.reset(),
         // RESETREAS shows no cause, as after power-on.
         |firmware: &mut Firmware| firmware.board.brown_out(),
-        |firmware: &mut Firmware| {
-            firmware.board.stick_main_loop().unwrap();
-            firmware.run_for(260 * MILLISECOND);
-        },
+        Firmware::starve_the_watchdog,
     ] {
         let mut firmware = Firmware::booted("default");
         live(&mut firmware);
@@ -297,7 +269,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
 #[test]
 fn the_reset_pin_is_the_cause_whatever_else_is_said() {
     let mut firmware = Firmware::booted("default");
-    reset_by_software(&mut firmware);
+    firmware.fault_in(&["TIMER0"]);
     // The pin resets the chip before the firmware has cleared the last cause.
     firmware.board.reset();
     firmware.log("default");

@@ -3,7 +3,7 @@
 
 use nrf52840_emulator::{Board, MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, Setpoint, UNDEFINED, frame, sample};
+use crate::firmware::{Firmware, Setpoint, frame, sample};
 use crate::outputs::{led3, pulse, pulses};
 
 /// The most units by which the output of a poll differs from the output before, by the settings. The output moves over
@@ -39,11 +39,7 @@ impl Recorded {
     /// Sends a frame every 20 ms for this number of milliseconds. `demand` returns the demands for a time in
     /// milliseconds.
     fn drive(&mut self, milliseconds: u64, demand: impl Fn(u64) -> Setpoint) {
-        for n in 0..milliseconds / FRAME_EVERY {
-            let demands = demand(n * FRAME_EVERY);
-            self.firmware.send_and_wait(&frame(demands), 0);
-            self.firmware.run_for(FRAME_EVERY * MILLISECOND - FRAME);
-        }
+        self.firmware.drive(milliseconds, FRAME_EVERY, demand);
     }
 
     /// Brings the outputs to these demands, and asserts that they are live there.
@@ -218,31 +214,29 @@ fn an_inverted_top_bit_moves_a_live_axis_by_a_tenth_of_its_travel() {
 #[test]
 fn no_reset_lets_an_output_jump() {
     type Cause = (&'static str, fn(&mut Firmware), ResetCause);
+    let restarted = |firmware: &mut Firmware| {
+        firmware.board.reset();
+        firmware.run_for(MILLISECOND / 5);
+        firmware.board.reset();
+    };
     let causes: [Cause; 5] = [
-        ("hard fault", fault, ResetCause::Soft),
+        (
+            "hard fault",
+            |one| one.fault_in(&["UARTE0_UART0"]),
+            ResetCause::Soft,
+        ),
         (
             "watchdog",
-            |firmware| {
-                firmware.board.stick_main_loop().unwrap();
-                firmware.run_for(260 * MILLISECOND);
-            },
+            Firmware::starve_the_watchdog,
             ResetCause::Watchdog,
         ),
-        ("pin", |firmware| firmware.board.reset(), ResetCause::Pin),
+        ("pin", |one| one.board.reset(), ResetCause::Pin),
         (
             "brown-out",
-            |firmware| firmware.board.brown_out(),
+            |one| one.board.brown_out(),
             ResetCause::BrownOut,
         ),
-        (
-            "reset while it starts",
-            |firmware| {
-                firmware.board.reset();
-                firmware.run_for(MILLISECOND / 5);
-                firmware.board.reset();
-            },
-            ResetCause::Pin,
-        ),
+        ("reset while it starts", restarted, ResetCause::Pin),
     ];
     for (name, cause, expected) in causes {
         let mut recorded = Recorded::booted();
@@ -255,7 +249,6 @@ fn no_reset_lets_an_output_jump() {
                 .run_for(offset * MILLISECOND + 300 * offset);
             let before = recorded.last_pulses();
             assert_ne!(before, [pulse(128); 3]);
-            recorded.firmware.resets();
             let resets = recorded.firmware.resets().len();
             cause(&mut recorded.firmware);
             assert_eq!(recorded.firmware.resets()[resets], expected, "{name}");
@@ -265,17 +258,6 @@ fn no_reset_lets_an_output_jump() {
         }
         recorded.assert_bounded(from, MOST_PER_POLL, name);
     }
-}
-
-/// Causes a hard fault and a reset by it.
-fn fault(firmware: &mut Firmware) {
-    firmware.board.let_faults_be_handled();
-    let code = firmware.patch("UARTE0_UART0", UNDEFINED);
-    let resets = firmware.resets().len();
-    while firmware.resets().len() == resets {
-        firmware.run_for(20);
-    }
-    firmware.patch("UARTE0_UART0", code);
 }
 
 /// Here a reset comes after each instruction that stores the output, and after a sample of the other instructions of

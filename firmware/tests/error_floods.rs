@@ -2,7 +2,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
-use crate::firmware::{Firmware, RATES, RESTART, frame, sample};
+use crate::firmware::{Firmware, RATES, RESTART, sample};
 use crate::outputs::{pulse, pulses};
 
 #[test]
@@ -26,9 +26,7 @@ fn starves_nobody(symbol: LineSymbol, bits: u64) {
         let what = format!("{symbol:?}, {baud} baud");
         let mut firmware = Firmware::booted_at(rate, 200);
         // The outputs reach the demand within half a second.
-        for _ in 0..60 {
-            firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
-        }
+        firmware.drive(700, 10, |_| [255; 3]);
         let began = firmware.board.now();
         let handled = handlers(&mut firmware);
         let symbols = vec![symbol; usize::try_from(baud / bits).unwrap()];

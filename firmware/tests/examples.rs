@@ -240,8 +240,9 @@ fn unindented(text: &str) -> String {
 fn the_guides_rust_is_the_examples() {
     let sources = [
         include_str!("../examples/embassy/src/main.rs"),
-        include_str!("../examples/embassy/src/handler.rs"),
+        include_str!("../examples/handlers/src/embassy.rs"),
         include_str!("../examples/rtic/src/main.rs"),
+        include_str!("../../core/examples/dma.rs"),
         include_str!("../../core/examples/line_events_and_counters.rs"),
         include_str!("../../core/examples/mailbox.rs"),
         include_str!("../../core/examples/push_in_a_loop.rs"),

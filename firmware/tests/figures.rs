@@ -77,7 +77,8 @@ fn the_figures_are_as_written_down() {
     }
 }
 
-fn compiler(elf: &[u8]) -> String {
+/// Returns the name and the version of the compiler that built an image.
+pub(crate) fn compiler(elf: &[u8]) -> String {
     let file = object::File::parse(elf).unwrap();
     let comment = file.section_by_name(".comment").unwrap();
     let comment = String::from_utf8_lossy(comment.data().unwrap()).into_owned();

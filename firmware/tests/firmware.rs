@@ -188,6 +188,44 @@ impl Firmware {
         before
     }
 
+    /// Replaces the first instructions of these handlers with undefined ones, until the chip is reset.
+    pub(crate) fn fault_in(&mut self, handlers: &[&str]) {
+        self.board.let_faults_be_handled();
+        let code: Vec<_> = handlers
+            .iter()
+            .map(|handler| self.patch(handler, UNDEFINED))
+            .collect();
+        let resets = self.resets().len();
+        while self.resets().len() == resets {
+            self.run_for(20);
+        }
+        for (handler, code) in handlers.iter().zip(code) {
+            self.patch(handler, code);
+        }
+    }
+
+    /// Lets the main loop hang until the watchdog resets the chip.
+    pub(crate) fn starve_the_watchdog(&mut self) {
+        self.board.stick_main_loop().unwrap();
+        self.run_for(260 * MILLISECOND);
+    }
+
+    /// Sends a frame every `every` milliseconds, for this number of milliseconds. `demand` returns the setpoint for a
+    /// time in milliseconds.
+    pub(crate) fn drive(
+        &mut self,
+        milliseconds: u64,
+        every: u64,
+        demand: impl Fn(u64) -> Setpoint,
+    ) {
+        let began = self.board.now();
+        for time in (0..milliseconds).step_by(usize::try_from(every).unwrap()) {
+            self.board.send(&frame(demand(time)));
+            let next = began + (time + every) * MILLISECOND;
+            self.board.run_until(next).unwrap();
+        }
+    }
+
     /// Returns the causes of all resets, in order.
     pub(crate) fn resets(&mut self) -> Vec<ResetCause> {
         let resets = &self.board.trace().resets;

@@ -25,7 +25,7 @@ fn skip_to(firmware: &mut Firmware, then: u32) {
     loop {
         let rest = then.wrapping_sub(count(firmware));
         let skipped = rest.min(1 << 30);
-        firmware.board.skip_counts(0, skipped).unwrap();
+        firmware.board.skip_counts(skipped).unwrap();
         if skipped == rest {
             break;
         }
@@ -40,7 +40,7 @@ fn starts_before_the_wrap(microseconds: u32) -> Firmware {
         firmware.run_for(1);
     }
     let skipped = microseconds.wrapping_neg();
-    firmware.board.skip_counts(0, skipped).unwrap();
+    firmware.board.skip_counts(skipped).unwrap();
     firmware
 }
 
@@ -140,11 +140,9 @@ fn a_wrap_of_the_clock_changes_nothing_in_any_state() {
 #[test]
 fn after_hours_of_silence_the_outputs_are_parked_and_start_as_always() {
     let mut firmware = Firmware::booted("default");
-    let drive = |firmware: &mut Firmware, frames: u32| {
+    let drive = |firmware: &mut Firmware, frames: u64| {
         let from = firmware.board.now();
-        for _ in 0..frames {
-            firmware.send_and_wait(&frame([255, 0, 128]), 10 * MILLISECOND);
-        }
+        firmware.drive(10 * frames, 10, |_| [255, 0, 128]);
         pulses(firmware, from)
     };
     drive(&mut firmware, 150);

@@ -101,35 +101,15 @@ fn a_loss_a_substitution_or_an_insertion_is_as_in_the_reference() {
     every_fault_is_as_in_the_reference("lecture", reference::<Lecture>, 31);
 }
 
-fn nothing_of_a_flood_is_lost(image: &str) {
-    let mut firmware = Firmware::booted(image);
+#[test]
+fn nothing_of_a_flood_at_1_mbaud_is_lost() {
+    let mut firmware = Firmware::booted("megabaud");
     let (sent, bytes) = frames(2_000);
     firmware.send_and_wait(&bytes, 3 * MILLISECOND);
     assert_eq!(firmware.commits(), sent);
     assert_eq!(firmware.losses(), (0, 0));
     assert_eq!(firmware.counter("bytes"), 14_000);
     assert_eq!(firmware.counter("frames"), 2_000);
-}
-
-#[test]
-fn nothing_of_a_flood_at_115200_baud_is_lost() {
-    nothing_of_a_flood_is_lost("default");
-}
-
-#[test]
-fn nothing_of_a_flood_at_1_mbaud_is_lost() {
-    nothing_of_a_flood_is_lost("megabaud");
-}
-
-/// The stream is noise without frames, as from a floating line or another protocol.
-#[test]
-fn noise_at_1_mbaud_makes_no_handler_late() {
-    let random = ChaCha8Rng::seed_from_u64(1);
-    let noise: Vec<u8> = random.random_iter().take(7_000).collect();
-    let mut firmware = Firmware::booted("megabaud");
-    firmware.send_and_wait(&noise, 3 * MILLISECOND);
-    assert_eq!(firmware.losses(), (0, 0));
-    assert_eq!(firmware.counter("bytes"), 7_000);
 }
 
 /// Returns pieces of a stream. Each piece has frames, parts of frames and noise. The pause after each piece

@@ -4,7 +4,7 @@ use nrf52840_emulator::{MICROSECOND, MILLISECOND, RAM_SIZE, RAM_START, ResetCaus
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::firmware::{Firmware, RESTART, UICR, UNDEFINED, frame, sample};
+use crate::firmware::{Firmware, RESTART, UICR, sample};
 use crate::outputs::pulse;
 
 /// How the chip is reset.
@@ -30,27 +30,8 @@ const KINDS: [Kind; 6] = [
 /// Runs the board while frames arrive.
 fn run(firmware: &mut Firmware, cycles: u64) {
     let end = firmware.board.now() + cycles;
-    while firmware.board.now() < end {
-        let next = end.min(firmware.board.now() + 10 * MILLISECOND);
-        firmware.board.send(&frame([255, 0, 60]));
-        firmware.board.run_until(next).unwrap();
-    }
-}
-
-/// Replaces the first instructions of these handlers with undefined ones, until the chip is reset.
-fn fault_in(firmware: &mut Firmware, handlers: &[&str]) {
-    firmware.board.let_faults_be_handled();
-    let code: Vec<_> = handlers
-        .iter()
-        .map(|handler| firmware.patch(handler, UNDEFINED))
-        .collect();
-    let resets = firmware.resets().len();
-    while firmware.resets().len() == resets {
-        firmware.run_for(10 * MICROSECOND);
-    }
-    for (handler, code) in handlers.iter().zip(code) {
-        firmware.patch(handler, code);
-    }
+    firmware.drive(cycles / MILLISECOND, 10, |_| [255, 0, 60]);
+    firmware.board.run_until(end).unwrap();
 }
 
 /// Resets the chip. A fault, a lockup or a bite of the watchdog comes a few milliseconds later.
@@ -67,11 +48,10 @@ fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
         Kind::Watchdog => {
             // Only a program that has started the watchdog is reset by it.
             firmware.run_for(3 * MILLISECOND);
-            firmware.board.stick_main_loop().unwrap();
-            firmware.run_for(260 * MILLISECOND);
+            firmware.starve_the_watchdog();
         }
-        Kind::Fault => fault_in(firmware, &["TIMER0"]),
-        Kind::Lockup => fault_in(firmware, &["TIMER0", "HardFault"]),
+        Kind::Fault => firmware.fault_in(&["TIMER0"]),
+        Kind::Lockup => firmware.fault_in(&["TIMER0", "HardFault"]),
     }
 }
 

@@ -139,7 +139,7 @@ pub struct Layout<'a> {
 /// A layout whose parts agree. It finds, checks and writes frames.
 ///
 /// [`Layout::checked`] and [`Layout::check`] return it. Every checked layout keeps the laws of
-/// [`Format`](framelock::Format) (theorem 13g). Its parts are those of the [`Layout`] that it dereferences to.
+/// [`Format`](framelock::Format). Its parts are those of the [`Layout`] that it dereferences to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CheckedLayout<'a>(pub(crate) Layout<'a>);
 

@@ -1,32 +1,46 @@
 //! Serial protocols for the receivers of [`framelock`]: `no_std`, no panics, no allocation.
 //!
-//! Push the received bytes one by one, and decode each frame that is returned. For example, receive the channels of a
-//! radio over SBUS:
+//! Describe the frames of your protocol as a [`Layout`], and turn the layout into a format with [`classify_by!`]. `feed`
+//! takes the received bytes, and delivers every complete frame. This frame has two sync bytes, the length of the
+//! payload, the payload, and a sum of all preceding bytes:
 //!
 //! ```
-//! use framelock::EncodeInto;
-//! use framelock_formats::sbus::{self, Sbus};
+//! use framelock::{BufferedReceiver, Format};
+//! use framelock_formats::layout::*;
 //!
-//! let sent = sbus::Message { channels: [992; 16], ..Default::default() };
-//! let mut buffer = [0; 25];
-//! let frame = Sbus.encode_into(sent, &mut buffer)?;
-//!
-//! let (mut receiver, mut channels) = (sbus::Receiver::new(Sbus), None);
-//! for byte in [b"noise", frame].concat() {
-//!     if let Some(frame) = receiver.push(byte) {
-//!         channels = Some(frame.message().channels);
-//!     }
+//! const LAYOUT: CheckedLayout = Layout {
+//!     sync: Patterns::one(b"AB"),
+//!     length: Length::Field(LengthField { plus: 4, ..LengthField::byte(2) }),
+//!     longest: 20,
+//!     checksum: Some(Checksum::at_the_end(1)),
+//!     ..Layout::NONE
 //! }
-//! assert_eq!(channels, Some([992; 16]));
-//! # Ok::<(), framelock::EncodeError>(())
+//! .checked();
+//!
+//! #[derive(Clone, Copy)]
+//! struct Own;
+//!
+//! impl Format for Own {
+//!     framelock_formats::classify_by!(LAYOUT);
+//!     type Message<'a> = &'a [u8];
+//!     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[3..frame.len() - 1] }
+//! }
+//!
+//! let (mut receiver, mut received) = (BufferedReceiver::<_, [u8; 40]>::new(Own), Vec::new());
+//! receiver.feed(b"noise AB\x02hi\x56, noise", |found| {
+//!     received.extend(found.decoded().map(<[u8]>::to_vec));
+//! });
+//! assert_eq!(received, [b"hi"]);
 //! ```
+//!
+//! The crate also has the formats of common protocols, for example the [channels of a radio over SBUS](sbus).
 //!
 //! # In an interrupt
 //!
 //! The UART also reports errors and pauses. Pass these to the receiver as line events. Then no delivered frame contains
-//! both bytes from before an event and bytes from after it. At an event, the receiver also delivers complete frames
-//! that are still pending after a false start. A [`Line`](framelock::Line) counts every byte
-//! that it takes.
+//! both bytes from before an event and bytes from after it. After a false start, complete frames may be pending.
+//! `feed` delivers them as soon as the bytes decide, and a line event delivers the others. A [`Line`](framelock::Line)
+//! counts every byte that it takes.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};
@@ -38,17 +52,14 @@
 //!     uart: Uart,
 //!     mut receive: impl FnMut(crsf::Message),
 //! ) {
-//!     match uart {
-//!         Uart::Byte(byte) => {
-//!             if let Some(frame) = line.push(byte) {
-//!                 receive(frame.message());
-//!             }
+//!     let found = |found: framelock::Found<framelock::Frame<'_, Crsf>>| {
+//!         if let Some(message) = found.decoded() {
+//!             receive(message);
 //!         }
-//!         Uart::Idle => line.line_event(LineEvent::Idle, |found| {
-//!             if let Some(message) = found.decoded() {
-//!                 receive(message);
-//!             }
-//!         }),
+//!     };
+//!     match uart {
+//!         Uart::Byte(byte) => line.feed(&[byte], found),
+//!         Uart::Idle => line.line_event(LineEvent::Idle, found),
 //!     }
 //! }
 //!
@@ -60,6 +71,8 @@
 //! on_interrupt(&mut line, Uart::Idle, |_| ());
 //! assert_eq!((received, line.counters().discarded.total()), (1, 5));
 //! ```
+//!
+//! If an interrupt has no time for several frames, call `push`, then `poll_step` in later interrupts.
 //!
 //! # Protocols
 //!
@@ -84,8 +97,7 @@
 //! The formats find and check each message, and decode the fields that every message of the protocol has. Your program
 //! interprets the payloads of CRSF, UBX and MAVLink.
 //!
-//! To receive a protocol of your own, describe its frames as a [`Layout`], and turn the checked layout into a format with
-//! [`classify_by!`]. [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
+//! [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
 //! check a format that you write by hand.
 //!
 //! The repository's `docs/costs.md` compares the cost per byte of these formats and of other crates, for clean streams

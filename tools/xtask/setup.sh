@@ -15,8 +15,9 @@ debian() {
 
 # The compilers, build system and simulators for C.
 c_tools() {
-    have ccache clang cmake arm-none-eabi-gcc avr-gcc simavr && [ -d /usr/share/arduino/hardware/arduino/avr ] && return
-    debian ccache clang cmake gcc-arm-none-eabi gcc-avr avr-libc simavr arduino-core-avr
+    have ccache clang cmake arm-none-eabi-gcc avr-gcc simavr && [ -d /usr/share/arduino/hardware/arduino/avr ] &&
+        [ -d /usr/include/simavr ] && return
+    debian ccache clang cmake gcc-arm-none-eabi gcc-avr avr-libc simavr libsimavr-dev arduino-core-avr
 }
 
 browsers() {

@@ -119,6 +119,19 @@ images() (
     done
 )
 
+# Makes the archives for C and for Arduino, which contain the same headers.
+archives() {
+    archives=$target/archives
+    rm -rf "$archives"
+    mkdir -p "$archives"
+    cp -r c/arduino "$archives/framelock"
+    cp -r c/headers "$archives/framelock/src"
+    (cd c; python3 -m zipfile -c "$archives/framelock-c.zip" headers CMakeLists.txt)
+    (cd "$archives"; python3 -m zipfile -c framelock-arduino.zip framelock)
+    rm -r "$archives/framelock"
+    ls "$archives"/*
+}
+
 # Checks the firmware of the sources in a folder.
 check_settings() (
     bare_metal $chip
@@ -197,6 +210,8 @@ generated() {
     tests_of cargo test $everything --test c -- --ignored
 }
 
+slow_proofs() { cargo xtask prove --slow; }
+
 c_proofs() { cargo xtask prove --c; }
 
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
@@ -260,6 +275,11 @@ semver() {
 }
 
 publish() {
+    # A clone without symbolic links has files here that contain only a path.
+    for folder in core formats; do
+        cmp LICENSE-MIT $folder/LICENSE-MIT
+        cmp LICENSE-APACHE $folder/LICENSE-APACHE
+    done
     cargo publish --dry-run $published 2>"$target/publish" || { cat "$target/publish"; return 1; }
     cat "$target/publish"
     if grep '^warning' "$target/publish" | grep -v 'due to dry run'; then return 1; fi
@@ -310,9 +330,9 @@ page() {
 web() {
     browsers
     cargo xtask web
-    cargo build --package framelock-host
+    cargo build --package framelock-web --example views
     # The tests run in another folder, so the paths are absolute.
-    export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK="$target/debug/framelock"
+    export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK_VIEWS="$target/debug/examples/views"
     [ -z "${FRAMELOCK_PICTURES-}" ] || export FRAMELOCK_PICTURES="$PWD/$FRAMELOCK_PICTURES"
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }

@@ -332,9 +332,9 @@ pub struct Output<D, const AXES: usize> {
 ///
 /// Whatever bytes come, whatever the clock does, and whenever `poll` is called, two consecutive outputs of an axis
 /// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, in every phase, and by no more than
-/// the axis moves in the time that has passed (theorem 10). No parameters allow more than a quarter of the travel. If
-/// time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames
-/// starts a slow approach. An approach lasts at least `approach_for`. It ends within
+/// the axis moves in the time that has passed. No parameters allow more than a quarter of the travel. If time stands
+/// still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames starts a
+/// slow approach. An approach lasts at least `approach_for`. It ends within
 /// [`live_after`](FailsafeParameters::live_after), however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.

@@ -41,17 +41,10 @@ examples! {
     line_events_and_counters "../../examples/line_events_and_counters.rs";
     failsafe "../../examples/failsafe.rs";
     mailbox "../../examples/mailbox.rs";
+    dma "../../examples/dma.rs";
     #[cfg(feature = "embedded-io-v0.7")]
     embedded_io "../../examples/embedded_io.rs";
 }
-
-/// The parts of the firmware's examples that touch no registers.
-#[path = "../../../firmware/examples/embassy/src/handler.rs"]
-mod embassy;
-#[path = "../../../firmware/examples/rp2040/src/handler.rs"]
-mod rp2040;
-#[path = "../../../firmware/examples/rtic/src/handler.rs"]
-mod rtic;
 
 /// A frame that contains the end of a frame and the beginning of another one. If its first byte is lost, a receiver
 /// finds a frame at the wrong place in each pair of frames, until a pause.
@@ -154,68 +147,4 @@ fn the_reader_is_right_after_one_pause() {
     assert_eq!(wrong, [Setpoint::from(WRONG); REPEATED - 1]);
     assert_eq!(right, [Setpoint::from(RIGHT); REPEATED]);
     assert_eq!(events, [LineEvent::Idle]);
-}
-
-#[test]
-fn embassys_handler_is_right_after_one_pause() {
-    let (mut reception, mut errors) = (embassy::Reception::new(7), 7_u32);
-    is_right_after_one_pause(|found| {
-        let mut setpoints = vec![];
-        match found {
-            Ok(bytes) => bytes.chunks(64).for_each(|bytes| {
-                reception.take(Some(bytes), errors, |setpoint| setpoints.push(setpoint));
-            }),
-            // The first read reports the pause. The second one finds that no byte is in doubt.
-            Err(LineEvent::Idle) => (0..2).for_each(|_| {
-                reception.take(None, errors, |setpoint| setpoints.push(setpoint));
-            }),
-            Err(_) => errors += 1,
-        }
-        setpoints
-    });
-}
-
-/// The driver loses bytes, and the example restarts the driver.
-#[test]
-fn embassys_handler_is_right_after_an_overrun() {
-    let mut reception = embassy::Reception::new(0);
-    let none = |_| panic!("a frame from before and after an overrun");
-    assert_eq!(reception.take(Some(b"AB\0\rA"), 0, none), None);
-    reception.restart(1);
-    assert_eq!(reception.take(Some(b"B\r"), 1, none), None);
-    let mut setpoints = vec![];
-    reception.take(Some(AMBIGUOUS), 1, |setpoint| setpoints.push(setpoint));
-    assert_eq!(setpoints, [Setpoint::from(RIGHT)]);
-}
-
-#[test]
-fn rtics_handler_is_right_after_one_pause() {
-    let (mut reception, mut now) = (rtic::Reception::new(), 0_u32);
-    is_right_after_one_pause(|found| match found {
-        // Each byte takes a fraction of a millisecond.
-        Ok(bytes) => {
-            let setpoints = bytes
-                .iter()
-                .filter_map(|&byte| reception.interrupt(now, None, Some(byte)));
-            setpoints.collect()
-        }
-        Err(LineEvent::Idle) => {
-            now = now.wrapping_add(5);
-            vec![]
-        }
-        Err(error) => reception
-            .interrupt(now, Some(error), None)
-            .into_iter()
-            .collect(),
-    });
-}
-
-#[test]
-fn the_rp2040s_handler_is_right_after_one_pause() {
-    let mut line = Line::new(Receiver::new());
-    is_right_after_one_pause(|found| {
-        let mut setpoints = vec![];
-        rp2040::take(&mut line, found, |setpoint| setpoints.push(setpoint));
-        setpoints
-    });
 }

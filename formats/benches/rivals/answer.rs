@@ -2,8 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::contender::{Cut, Entry};
-use crate::streams::{Protocol, Stream};
+use crate::contender::Entry;
+use crate::protocols::Protocol;
+use crate::races::PIECES;
+use crate::streams::Stream;
 
 /// The result of a receiver on a stream.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -18,7 +20,7 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    pub(crate) fn of(entry: &Entry, protocol: &Protocol, stream: &Stream, cut: Cut) -> Self {
+    pub(crate) fn of(entry: &Entry, protocol: &Protocol, stream: &Stream, piece: usize) -> Self {
         let key = |whole| (protocol.key)(&stream.bytes[whole]);
         let mut missing: HashMap<Vec<u8>, usize> = HashMap::new();
         for whole in &stream.whole {
@@ -26,7 +28,7 @@ impl Answer {
             assert!(before.is_none(), "each frame has a key of its own");
         }
         let (mut false_frames, mut latest) = (0, 0);
-        for delivered in (entry.deliver)(&stream.bytes, cut) {
+        for delivered in (entry.deliver)(&stream.bytes, piece) {
             match missing.remove(&delivered.key) {
                 Some(end) => latest = latest.max(delivered.taken - end),
                 None => false_frames += 1,
@@ -51,14 +53,14 @@ pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
         .iter()
         .map(|frame| (protocol.key)(&stream.bytes[frame.clone()]))
         .collect();
-    for cut in [Cut::Bytes, Cut::ChunksOf64] {
-        let delivered: Vec<Vec<u8>> = (entry.deliver)(&stream.bytes, cut)
+    for piece in PIECES {
+        let delivered: Vec<Vec<u8>> = (entry.deliver)(&stream.bytes, piece)
             .into_iter()
             .map(|delivered| delivered.key)
             .collect();
         assert!(
             delivered == keys,
-            "{} of {} by {cut:?}: the frames differ from those of the reference",
+            "{} of {}, in pieces of {piece}: the frames differ from those of the reference",
             entry.name,
             protocol.name
         );

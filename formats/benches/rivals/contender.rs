@@ -1,58 +1,20 @@
-//! The interface of the receivers that are compared, and framelock's receiver.
+//! framelock's receivers and those of other crates, in one list.
 
 use std::hint::black_box;
 use std::ops::Range;
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use framelock::{BufferedReceiver, Format, Found};
+use framelock::{BufferedReceiver, FixedFormat, Format, Found, Frame, Line, Parser, Receiver};
+use framelock_formats::AnyOf;
+use framelock_formats::layout::CheckedLayout;
 use framelock_proofs::reference;
-
-/// A receiver of a protocol's frames. For another crate, an adapter implements this trait. The adapter uses the crate
-/// as the crate's documentation shows, and adds nothing.
-pub(crate) trait Contender {
-    /// The data that the receiver returns to its user.
-    type Message<'a>;
-
-    /// Takes the next bytes of the stream, and calls `found` for each frame.
-    fn feed(&mut self, bytes: &[u8], found: impl FnMut(Self::Message<'_>));
-
-    /// Takes a single byte.
-    #[inline]
-    fn push(&mut self, byte: u8, found: impl FnMut(Self::Message<'_>)) {
-        self.feed(&[byte], found);
-    }
-}
-
-/// framelock's receiver.
-struct Framelock<F, const N: usize>(BufferedReceiver<F, [u8; N]>);
-
-impl<F: Format, const N: usize> Contender for Framelock<F, N> {
-    type Message<'a> = F::Message<'a>;
-
-    #[inline]
-    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(F::Message<'_>)) {
-        self.0.feed(bytes, |what| {
-            if let Found::Frame { message, .. } = what {
-                found(message.message());
-            }
-        });
-    }
-
-    #[inline]
-    fn push(&mut self, byte: u8, mut found: impl FnMut(F::Message<'_>)) {
-        if let Some(frame) = self.0.push(byte) {
-            found(frame.message());
-        }
-    }
-}
-
-/// The way in which a receiver gets the stream.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Cut {
-    Bytes,
-    /// Chunks of 64 bytes, a common size for half of a DMA buffer.
-    ChunksOf64,
-}
+use framelock_rivals_adapters::Contender;
+use regex::bytes::Regex;
+use winnow::combinator::{alt, preceded, terminated};
+use winnow::error::{EmptyError, ErrMode};
+use winnow::token::{any, literal, take};
+use winnow::{Parser as _, Partial};
 
 /// A delivered frame: its key, and the number of bytes that the receiver had processed when it delivered the frame.
 pub(crate) struct Delivered {
@@ -60,93 +22,272 @@ pub(crate) struct Delivered {
     pub(crate) taken: usize,
 }
 
-/// A contender as a trait object, so that one list holds all contenders.
+/// The frames that the reference finds in a stream.
+type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
+
+/// A contender as a trait object, so that one list holds all contenders. A stream is passed in pieces of the given
+/// number of bytes.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
+    /// The end of the feature of `on-chip` that selects the receiver, after the protocol's name. `None` if the receiver
+    /// does not run on the chip.
+    pub(crate) on_chip: Option<String>,
     /// Returns the frames that the contender finds in a stream.
-    pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
+    pub(crate) deliver: Box<dyn Fn(&[u8], usize) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
-    pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
-    /// Returns the frames that the reference finds in a stream. Only framelock's own entries have this function.
-    pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
+    pub(crate) time: Box<dyn Fn(&[u8], usize) -> Duration>,
+    /// The naive reference of framelock's own receiver.
+    pub(crate) reference: Option<Reference>,
 }
 
 impl Entry {
-    /// Creates the entry of another crate. `key` extracts from one of the crate's messages the same key that the
-    /// protocol's `key` extracts from the frame.
-    pub(crate) fn rival<C: Contender + 'static>(
+    /// Creates an entry. `see` reads a message, and `key` extracts from it the same key that the protocol's `key`
+    /// extracts from the frame.
+    fn new<C: Contender + 'static>(
         name: &'static str,
         new: impl Fn() -> C + Copy + 'static,
+        see: impl Fn(C::Message<'_>) + Copy + 'static,
         key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
     ) -> Self {
         Self {
             name,
-            deliver: Box::new(move |stream, cut| {
+            on_chip: None,
+            deliver: Box::new(move |stream, piece| {
                 let mut delivered = Vec::new();
-                hand_over(&mut new(), stream, cut, |taken, message| {
+                hand_over(new(), stream, piece, |taken, message| {
                     let key = key(message);
                     delivered.push(Delivered { key, taken });
                 });
                 delivered
             }),
-            time: Box::new(move |stream, cut| {
+            time: Box::new(move |stream, piece| {
                 let begin = Instant::now();
-                hand_over(&mut new(), black_box(stream), cut, |_, message| {
-                    black_box(&message);
-                });
+                hand_over(new(), black_box(stream), piece, |_, message| see(message));
                 begin.elapsed()
             }),
             reference: None,
         }
     }
 
-    /// Creates the entry of framelock's receiver with this format. `N`, the size of the buffer in bytes, is twice the
-    /// length of the longest frame.
-    pub(crate) fn ours<const N: usize, F: Format + Copy + 'static>(
+    /// Creates the entry of another crate, which also runs on the chip.
+    pub(crate) fn rival<C: Contender + Default + 'static>(
         name: &'static str,
-        format: F,
-        key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,
+        key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
     ) -> Self {
-        let new = move || Framelock(BufferedReceiver::<F, [u8; N]>::new(format));
-        let frames = move |stream: &[u8]| {
-            let mut frames = Vec::new();
-            reference::framed(&format, stream, None, |found| {
-                if let Found::Frame {
-                    length, message, ..
-                } = found
-                {
-                    frames.push(message..message + length);
-                }
-            });
-            frames
+        let see = |message: C::Message<'_>| {
+            black_box(&message);
         };
         Self {
-            reference: Some(Box::new(frames)),
-            ..Self::rival(name, new, move |message: F::Message<'_>| key(message))
+            on_chip: Some(format!("-{name}")),
+            ..Self::new(name, C::default, see, key)
         }
+    }
+
+    /// Creates the entry of a receiver that runs only on the PC.
+    pub(crate) fn on_pc<C: Contender + 'static>(
+        name: &'static str,
+        new: impl Fn() -> C + Copy + 'static,
+        key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
+    ) -> Self {
+        let see = |message: C::Message<'_>| {
+            black_box(&message);
+        };
+        Self::new(name, new, see, key)
     }
 }
 
-#[inline]
+/// A framelock receiver.
+pub(crate) struct Alone<P>(pub(crate) P);
+
+/// A framelock receiver in a line, which counts the outcome of each byte.
+struct InLine<P>(Line<P>);
+
+macro_rules! contender {
+    ($name:ident $(, $finish:item)?) => {
+        impl<P: Parser + 'static> Contender for $name<P> {
+            type Message<'a> = P::Message<'a>;
+
+            #[inline]
+            fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(P::Message<'_>)) {
+                self.0.feed(bytes, |what| {
+                    if let Found::Frame { message, .. } = what {
+                        found(message);
+                    }
+                });
+            }
+
+            #[inline]
+            fn push(&mut self, byte: u8, mut found: impl FnMut(P::Message<'_>)) {
+                if let Some(message) = self.0.push(byte) {
+                    found(message);
+                }
+            }
+
+            $($finish)?
+        }
+    };
+}
+contender!(Alone);
+contender!(
+    InLine,
+    #[inline]
+    fn finish(&self) {
+        black_box(self.0.counters());
+    }
+);
+
+/// Returns framelock's receiver of a format twice: alone, and in a `Line`. The buffer has `N` bytes, twice the length of
+/// the longest frame.
+pub(crate) fn buffered<const N: usize, F: Format + Copy + 'static>(
+    format: F,
+    key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,
+) -> Vec<Entry> {
+    ours(
+        move || BufferedReceiver::<F, [u8; N]>::new(format),
+        |frame: Frame<'_, F>| {
+            black_box(&frame.message());
+        },
+        move |frame: Frame<'_, F>| key(frame.message()),
+        reference(format),
+    )
+}
+
+/// Returns framelock's receiver of a format of fixed length twice: alone, and in a `Line`. The reference uses the
+/// format's layout.
+pub(crate) fn fixed<F: FixedFormat>(
+    layout: &'static [CheckedLayout<'static>; 1],
+    key: impl Fn(F::Message) -> Vec<u8> + Copy + 'static,
+) -> Vec<Entry> {
+    let see = |message: F::Message| {
+        black_box(&message);
+    };
+    ours(Receiver::<F>::new, see, key, reference(AnyOf(layout)))
+}
+
+fn ours<P: Parser + 'static>(
+    new: impl Fn() -> P + Copy + 'static,
+    see: impl Fn(P::Message<'_>) + Copy + 'static,
+    key: impl Fn(P::Message<'_>) -> Vec<u8> + Copy + 'static,
+    reference: Reference,
+) -> Vec<Entry> {
+    let in_line = move || InLine(Line::new(new()));
+    vec![
+        Entry {
+            on_chip: Some(String::new()),
+            reference: Some(reference),
+            ..Entry::new::<Alone<P>>("framelock", move || Alone(new()), see, key)
+        },
+        Entry {
+            on_chip: Some(",line".to_owned()),
+            ..Entry::new::<InLine<P>>("framelock, `Line`", in_line, see, key)
+        },
+    ]
+}
+
+fn reference<F: Format + Copy + 'static>(format: F) -> Reference {
+    Box::new(move |stream| {
+        let mut frames = Vec::new();
+        reference::framed(&format, stream, None, |found| {
+            if let Found::Frame {
+                length, message, ..
+            } = found
+            {
+                frames.push(message..message + length);
+            }
+        });
+        frames
+    })
+}
+
+/// Passes a stream to a contender. The two loops are separate functions, so that the compiler may keep the contender in
+/// registers in the first one.
 fn hand_over<C: Contender>(
-    contender: &mut C,
+    contender: C,
     stream: &[u8],
-    cut: Cut,
+    piece: usize,
+    found: impl FnMut(usize, C::Message<'_>),
+) {
+    if piece == 1 {
+        by_byte(contender, stream, found);
+    } else {
+        in_pieces(contender, stream, piece, found);
+    }
+}
+
+#[inline(never)]
+fn by_byte<C: Contender>(
+    mut contender: C,
+    stream: &[u8],
+    mut found: impl FnMut(usize, C::Message<'_>),
+) {
+    for (taken, &byte) in stream.iter().enumerate() {
+        contender.push(byte, |message| found(taken + 1, message));
+    }
+    contender.finish();
+}
+
+#[inline(never)]
+fn in_pieces<C: Contender>(
+    mut contender: C,
+    stream: &[u8],
+    piece: usize,
     mut found: impl FnMut(usize, C::Message<'_>),
 ) {
     let mut taken = 0;
-    match cut {
-        Cut::Bytes => {
-            for &byte in stream {
-                taken += 1;
-                contender.push(byte, |message| found(taken, message));
-            }
+    for bytes in stream.chunks(piece) {
+        taken += bytes.len();
+        contender.feed(bytes, |message| found(taken, message));
+    }
+    contender.finish();
+}
+
+/// Finds BIN frames with a regular expression. Keeps the bytes at the end that may begin a frame.
+#[derive(Default)]
+pub(crate) struct RegularExpression(Vec<u8>);
+
+impl Contender for RegularExpression {
+    type Message<'a> = &'a [u8];
+
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(&[u8])) {
+        static FRAME: LazyLock<Regex> =
+            LazyLock::new(|| Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression"));
+        self.0.extend(bytes);
+        let mut end = self.0.len().saturating_sub(6);
+        for frame in FRAME.find_iter(&self.0) {
+            end = end.max(frame.end());
+            found(&frame.as_bytes()[3..6]);
         }
-        Cut::ChunksOf64 => {
-            for chunk in stream.chunks(64) {
-                taken += chunk.len();
-                contender.feed(chunk, |message| found(taken, message));
-            }
+        self.0.drain(..end);
+    }
+}
+
+/// Finds BIN frames with a parser combinator for streams, which in each step takes a frame or skips one byte. Keeps the
+/// incomplete frame at the end.
+#[derive(Default)]
+pub(crate) struct Combinator(Vec<u8>);
+
+impl Contender for Combinator {
+    type Message<'a> = &'a [u8];
+
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(&[u8])) {
+        type Stream<'a> = Partial<&'a [u8]>;
+        type Error = ErrMode<EmptyError>;
+        fn frame<'a>(stream: &mut Stream<'a>) -> Result<&'a [u8], Error> {
+            let payload = preceded(any, take(3_usize));
+            preceded(literal(b"AB"), terminated(payload, literal(b'\r'))).parse_next(stream)
         }
+        fn frame_or_byte<'a>(stream: &mut Stream<'a>) -> Result<Option<&'a [u8]>, Error> {
+            alt((frame.map(Some), any.value(None))).parse_next(stream)
+        }
+        self.0.extend(bytes);
+        let mut stream = Partial::new(&self.0[..]);
+        let mut left = stream.len();
+        // The loop ends at an incomplete frame.
+        while let Ok(outcome) = frame_or_byte(&mut stream) {
+            outcome.map(&mut found);
+            left = stream.len();
+        }
+        let end = self.0.len() - left;
+        self.0.drain(..end);
     }
 }

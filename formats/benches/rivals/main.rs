@@ -15,14 +15,10 @@ mod answer;
 mod chip;
 mod contender;
 mod costs;
-mod crsf;
 mod figures;
-mod ibus;
-mod mavlink2;
+mod protocols;
 mod races;
-mod sbus;
 mod streams;
-mod ubx;
 mod valgrind;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -38,11 +34,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             return figures::check(&rows);
         }
         "races" => {
-            let (mut races, figures) = (races::all(), figures::read()?);
+            let mut races = races::all();
             races.iter_mut().for_each(races::Race::run);
-            let rows = races
-                .iter()
-                .flat_map(|race| [race.found(), race.speeds(), race.as_good(&figures)]);
+            let rows = races.iter().flat_map(|race| [race.found(), race.speeds()]);
             rows.flatten().collect()
         }
         "costs" => [costs::on_chip()?, costs::here()?].concat(),

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
-use framelock_simulation::{ByteFaults, FaultRates, Seed};
+use framelock_oracles::{ByteFaults, FaultRates, Seed};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::protocols::Protocol;
 
 /// The seed of all streams, so that their bytes are the same in every run and on every machine.
 pub(crate) const SEED: u64 = 15;
@@ -16,49 +18,35 @@ const BEHIND: [u8; 300] = [0x55; 300];
 /// The faults of the line.
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
-    pub(crate) name: &'static str,
     /// The probabilities that a byte is lost, and that one of its bits is inverted.
     lost: f64,
     flipped: f64,
-    has_bursts: bool,
+    /// The probability that a burst of random bytes begins at a byte. They replace the sent bytes.
+    burst: f64,
     is_sync_dense: bool,
     loses_lengths: bool,
 }
 
 const CLEAN: Fault = Fault {
-    name: "clean",
     lost: 0.0,
     flipped: 0.0,
-    has_bursts: false,
+    burst: 0.0,
     is_sync_dense: false,
     loses_lengths: false,
 };
 
+/// The columns of the tables in docs/rivals.md.
 #[rustfmt::skip]
-pub(crate) const FAULTS: [Fault; 6] = [
+pub(crate) const FAULTS: [Fault; 7] = [
     CLEAN,
-    Fault { name: "1 % lost", lost: 0.01, ..CLEAN },
-    Fault { name: "0.1 % flips", flipped: 0.001, ..CLEAN },
-    Fault { name: "bursts", has_bursts: true, ..CLEAN },
-    Fault { name: "sync-dense", lost: 0.01, is_sync_dense: true, ..CLEAN },
-    Fault { name: "length lost", loses_lengths: true, ..CLEAN },
+    Fault { lost: 0.01, ..CLEAN },
+    Fault { flipped: 0.001, ..CLEAN },
+    Fault { burst: 0.001, ..CLEAN },
+    Fault { lost: 0.01, is_sync_dense: true, ..CLEAN },
+    Fault { loses_lengths: true, ..CLEAN },
+    // Noise.
+    Fault { burst: 1.0, ..CLEAN },
 ];
-
-/// A protocol's frames.
-pub(crate) struct Protocol {
-    pub(crate) name: &'static str,
-    /// The bytes that occur in the payloads of the sync-dense stream: bytes that begin frames, and short lengths.
-    pub(crate) sync_dense: &'static [u8],
-    /// The index of the length byte, or of the second byte if the protocol has no length byte.
-    pub(crate) length_at: usize,
-    /// The longest frame that is sent.
-    pub(crate) longest: usize,
-    /// Makes a frame.
-    pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
-    /// Extracts from a frame the key that identifies this frame in the comparison. The key is a part of the frame that
-    /// every receiver returns to its user.
-    pub(crate) key: fn(&[u8]) -> Vec<u8>,
-}
 
 /// The source of a frame's contents.
 pub(crate) struct Payload {
@@ -105,15 +93,9 @@ impl Stream {
         let rates = FaultRates {
             drop: fault.lost,
             flip: fault.flipped,
-            ..FaultRates::default()
         };
-        let mut line = ByteFaults::new(
-            rates,
-            Seed {
-                seed: SEED,
-                trial: 0,
-            },
-        );
+        let (seed, trial) = (SEED, 0);
+        let mut line = ByteFaults::new(rates, Seed { seed, trial });
         let mut bursts = ChaCha8Rng::seed_from_u64(SEED + 1);
         let mut burst = 0;
         let (mut bytes, mut whole) = (Vec::new(), Vec::new());
@@ -124,7 +106,7 @@ impl Stream {
             let loses_length = fault.loses_lengths && bursts.random_bool(0.1);
             let begin = bytes.len();
             for (place, &byte) in sent.iter().enumerate() {
-                if fault.has_bursts && bursts.random_bool(0.001) {
+                if fault.burst > 0.0 && bursts.random_bool(fault.burst) {
                     burst = bursts.random_range(1..=40);
                 }
                 if burst > 0 {

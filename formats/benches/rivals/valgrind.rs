@@ -23,16 +23,19 @@ extern "Rust" fn framelock_counted(run: &dyn Fn(&[u8]), stream: &[u8]) {
 pub(crate) fn take_all(cases: &[Case]) {
     for case in cases {
         for contender in &case.contenders {
-            for (stream, skipped) in case.streams() {
-                framelock_counted(&contender.run, &stream[..skipped]);
-                framelock_counted(&contender.run, stream);
+            let run = |stream: &[u8]| {
+                (contender.time)(stream, 1);
+            };
+            for (stream, skipped) in &case.streams {
+                framelock_counted(&run, &stream[..*skipped]);
+                framelock_counted(&run, stream);
             }
         }
     }
 }
 
-/// Returns the instructions per byte, for each format, contender and stream.
-pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>> {
+/// Returns the instructions per byte, for each protocol, contender and stream, in this order.
+pub(crate) fn count(cases: &[Case]) -> Result<Vec<f64>, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip/target/callgrind");
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
@@ -62,17 +65,11 @@ pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>
     };
     let mut counts = Vec::new();
     for case in cases {
-        let mut of_case = Vec::new();
-        for _ in &case.contenders {
-            let mut of_contender = Vec::new();
-            for (stream, skipped) in case.streams() {
-                let begin = next()?;
-                let counted = next()? - begin;
-                of_contender.push(counted as f64 / (stream.len() - skipped) as f64);
-            }
-            of_case.push(of_contender);
+        for (stream, skipped) in case.contenders.iter().flat_map(|_| &case.streams) {
+            let begin = next()?;
+            let counted = next()? - begin;
+            counts.push(counted as f64 / (stream.len() - skipped) as f64);
         }
-        counts.push(of_case);
     }
     Ok(counts)
 }

@@ -10,7 +10,7 @@ use framelock_receiving::Protocol;
 use crate::input::Input;
 use crate::options::ProtocolParser;
 use crate::output::{Output, note};
-use crate::rows::{InputFormat, rows};
+use crate::rows::rows;
 use crate::serial::PortOptions;
 
 /// Make frames from rows of values: setpoints, or the fields of a description
@@ -23,10 +23,6 @@ pub(crate) struct Arguments {
     /// Make these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Read rows as csv or as jsonl (JSON: one object per line, or an array of objects); auto
-    /// recognizes both
-    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = InputFormat::Auto, hide_possible_values = true)]
-    input_format: InputFormat,
     /// Write frames to FILE instead of standard output; - is standard output even if it is a terminal.
     /// FILE is replaced only if all rows are valid
     #[arg(long, short, value_name = "FILE")]
@@ -73,12 +69,9 @@ fn becomes_a_file(path: &Path) -> bool {
 impl Arguments {
     /// Writes a frame for each row, before it waits for the next row.
     fn encode(&self, input: Input, mut output: Output) -> Result<()> {
-        if output.is_file {
-            input.show_progress();
-        }
         let name = input.name.clone();
         let mut count = 0_u64;
-        for row in rows(input, self.input_format, &self.frame, false)? {
+        for row in rows(input, &self.frame, false)? {
             output.write_all(&row?.frame)?;
             count += 1;
         }

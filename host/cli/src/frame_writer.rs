@@ -20,9 +20,6 @@ pub(crate) struct Place {
 struct KindRow {
     kind: Kind,
     is_wanted: bool,
-    /// The fields whose values differ between frames: the index of each field, and the JSON text before the field's
-    /// value.
-    fields: Vec<(usize, Vec<u8>)>,
     /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
     /// index is `None` for columns of fields that this kind lacks.
     cells: Vec<(Option<usize>, usize)>,
@@ -30,10 +27,6 @@ struct KindRow {
 
 impl KindRow {
     fn new(kind: &Kind, columns: &[Column], is_wanted: bool) -> Self {
-        let fields = kind.fields.iter().enumerate();
-        let varying = fields.filter(|(_, field)| field.constant.is_none());
-        let keys =
-            varying.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
         let arrays = columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array);
         let arrays = arrays.filter(|columns| columns[0].name != KIND);
         let cells = arrays.map(|columns| {
@@ -52,7 +45,6 @@ impl KindRow {
         Self {
             kind: kind.clone(),
             is_wanted,
-            fields: keys.collect(),
             cells: merged,
         }
     }
@@ -73,13 +65,11 @@ pub(crate) struct FrameWriter {
     columns: Vec<Column>,
     has_kinds: bool,
     /// The names of the selected messages, if not all are selected.
-    pub(crate) only: Vec<String>,
-    /// Whether text for people has numbers in hex.
-    pub(crate) is_hex: bool,
+    only: Vec<String>,
 }
 
 impl FrameWriter {
-    /// Creates a writer of all kinds, with numbers in decimal.
+    /// Creates a writer of all kinds.
     pub(crate) fn new(protocol: Protocol) -> Self {
         let mut new = Self {
             kind_rows: Vec::new(),
@@ -87,7 +77,6 @@ impl FrameWriter {
             has_kinds: protocol.description.has_kinds(),
             only: Vec::new(),
             protocol,
-            is_hex: false,
         };
         new.write_only(|_| true);
         new
@@ -214,19 +203,15 @@ impl FrameWriter {
             row.extend(b",\"length\":");
             append_number(row, frame.len());
         }
-        let row_parts = self.kind_row(frame);
-        let kind = &row_parts.kind;
-        let contents = kind.contents(frame);
+        let KindRow { kind, .. } = self.kind_row(frame);
         if self.has_kinds {
             row.extend(b",\"kind\":");
             Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
         }
-        for (number, key) in &row_parts.fields {
-            let field = &kind.fields[*number];
-            let Some(content) = contents.of(field) else {
-                continue;
-            };
-            row.extend(key);
+        for (field, content) in kind.values(frame) {
+            for part in [b",\"", field.name.as_bytes(), b"\":"] {
+                row.extend(part);
+            }
             if !field.is_array() {
                 content.value().append_json_to(row);
                 continue;
@@ -292,12 +277,7 @@ impl FrameWriter {
             row.extend(field.name.as_bytes());
             for value in content.values() {
                 row.push(b' ');
-                match value {
-                    Value::Unsigned(number) if self.is_hex => append_aligned(row, 3, |row| {
-                        row.extend(format!("{number:02X}").bytes());
-                    }),
-                    value => append_aligned(row, 3, |row| value.append_to(row)),
-                }
+                append_aligned(row, 3, |row| value.append_to(row));
             }
             if let Some(unit) = &field.unit {
                 row.push(b' ');

@@ -25,8 +25,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     byte_table: bool,
     /// Write the code to FILE, replacing it, instead of standard output
-    #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -60,8 +60,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Language::Rust => rust(&frame.description, &name, &command),
         Language::C => c(&frame.description, &name, &command, table),
     };
-    let mut output = output
-        .as_deref()
-        .map_or_else(Output::standard, Output::create)?;
-    Ok(output.write_all(code.as_bytes())?)
+    Ok(Output::create(output)?.write_all(code.as_bytes())?)
 }

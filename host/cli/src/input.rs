@@ -1,15 +1,14 @@
 //! Inputs: a file, standard input or a serial port.
 
 use std::collections::VecDeque;
-use std::fs::{File, Metadata};
-use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Read, Seek};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::hex;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output::note;
 use crate::process;
@@ -29,8 +28,10 @@ pub(crate) struct Input<'a> {
     /// Whether the port is opened again after it disappeared.
     pub(crate) reconnects: bool,
     spelling: Spelling,
-    /// The number of bytes read so far, and for a regular file its size.
-    pub(crate) progress: ProgressBar,
+    /// Whether the input is a regular file. Such a file does not tell when its bytes arrived.
+    pub(crate) is_file: bool,
+    /// The number of bytes read so far.
+    offset: u64,
 }
 
 /// A port's device, and the path and the settings with which the port is opened again.
@@ -76,7 +77,8 @@ impl<'a> Input<'a> {
             port: None,
             reconnects: false,
             spelling: Spelling::Bytes,
-            progress: ProgressBar::hidden(),
+            is_file: false,
+            offset: 0,
         }
     }
 
@@ -102,10 +104,10 @@ impl<'a> Input<'a> {
                 "reading from the terminal until Ctrl-D; --help shows how to read files and ports",
             );
         }
-        let size = remaining(&file);
-        let input = Self::new(name, file);
-        size.inspect(|&size| input.progress.set_length(size));
-        Ok(input)
+        Ok(Self {
+            is_file: file.metadata().is_ok_and(|metadata| metadata.is_file()),
+            ..Self::new(name, file)
+        })
     }
 
     /// Sets the notation of the input's bytes. If the notation is hex, the input parses the text that it reads.
@@ -114,15 +116,8 @@ impl<'a> Input<'a> {
         if spelling == Spelling::Hex {
             let text = std::mem::replace(&mut self.reader, Box::new(io::empty()));
             self.reader = spelled(text, spelling);
-            // The number of bytes in the text is not known in advance.
-            self.progress = ProgressBar::hidden();
         }
         self
-    }
-
-    /// Returns whether the input is a regular file. Such a file does not tell when its bytes arrived.
-    pub(crate) fn is_file(&self) -> bool {
-        self.progress.length().is_some()
     }
 
     /// Waits until the port is back, and returns its device.
@@ -143,22 +138,6 @@ impl<'a> Input<'a> {
         });
         device
     }
-
-    /// Shows a progress bar until the input is dropped, if the input has a size and standard error is a
-    /// terminal.
-    pub(crate) fn show_progress(&self) {
-        let style = ProgressStyle::with_template("{bar:40} {bytes}/{total_bytes} {bytes_per_sec}");
-        if let (Some(_), Ok(style)) = (self.progress.length(), style) {
-            self.progress.set_style(style);
-            self.progress.set_draw_target(ProgressDrawTarget::stderr());
-        }
-    }
-}
-
-impl Drop for Input<'_> {
-    fn drop(&mut self) {
-        self.progress.finish_and_clear();
-    }
 }
 
 impl Read for Input<'_> {
@@ -167,7 +146,7 @@ impl Read for Input<'_> {
         loop {
             match self.reader.read(buffer) {
                 Ok(count) => {
-                    self.progress.inc(count as u64);
+                    self.offset += count as u64;
                     return Ok(count);
                 }
                 Err(error) => match error.kind() {
@@ -175,7 +154,7 @@ impl Read for Input<'_> {
                     // Some shells pass standard input in non-blocking mode.
                     ErrorKind::WouldBlock => std::thread::sleep(Duration::from_millis(1)),
                     kind => {
-                        let (name, offset) = (&self.name, self.progress.position());
+                        let (name, offset) = (&self.name, self.offset);
                         let message = format!("cannot read {name} after byte {offset}: {error}");
                         return Err(io::Error::new(kind, message));
                     }
@@ -224,12 +203,6 @@ fn open_file(path: &Path) -> Result<File> {
         bail!("{name} is a directory; {INSTEAD}");
     }
     File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))
-}
-
-/// Returns the number of bytes from the position of `file` to its end, if it is a regular file.
-fn remaining(mut file: &File) -> Option<u64> {
-    let metadata = file.metadata().ok().filter(Metadata::is_file)?;
-    Some(metadata.len().saturating_sub(file.stream_position().ok()?))
 }
 
 /// Reads the bytes of a hex text, line by line.
@@ -322,17 +295,5 @@ mod tests {
         let (chunks, outcome) = read(script(), 1);
         assert_eq!(chunks, [b"A"]);
         assert_eq!(outcome.unwrap_err().to_string(), "had enough");
-    }
-
-    #[test]
-    fn a_text_is_read_line_by_line() {
-        let text = b"41 42\r\n\n0x00, 0x7F\nC8:4A 0d\n4Z\n";
-        let mut reader = HexReader::new(&text[..]);
-        let mut bytes = Vec::new();
-        let error = reader.read_to_end(&mut bytes).unwrap_err().to_string();
-        assert_eq!(bytes, [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D]);
-        let expected =
-            "line 5: word 1, '4Z', has 'Z', which is no hex digit; expected bytes such as";
-        assert!(error.starts_with(expected), "{error}");
     }
 }

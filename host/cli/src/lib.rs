@@ -78,7 +78,7 @@ pub fn run() -> ExitCode {
     let outcome = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
-        Command::Decode(arguments) => decode::run(&arguments),
+        Command::Decode(arguments) => decode::run(arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Send(arguments) => send::run(&arguments),
         Command::Encode(arguments) => encode::run(&arguments),
@@ -105,7 +105,7 @@ mod tests {
         let programs = readme.split("\n```rust\n").skip(1);
         assert_eq!(programs.clone().count(), 2);
         for program in programs {
-            let (program, _) = program.split_once("\n```\n").unwrap_or_default();
+            let (program, _) = program.split_once("\n```\n").expect("the block ends");
             assert!(program.contains("\nfn main() {\n"), "{program}");
         }
     }

@@ -1,6 +1,5 @@
 //! Shows a live view of a line: the receiver's state, values, rates, counters and discarded bytes.
 
-mod session;
 mod view;
 mod watch;
 
@@ -15,15 +14,16 @@ use framelock::motion::FailsafeParameters;
 use framelock_description::text::harmless;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_simulation::LEVEL;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::text::Line;
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Arrival, Input, for_each_arrival};
 use crate::options::{ProtocolParser, whole};
 use crate::output::Output;
-use crate::screen::{self, DRAW_EVERY, Screen, key_within};
+use crate::screen::{self, DRAW_EVERY, Screen, key_within, quits};
 use crate::serial::{Device, PortOptions};
-use session::MonitorSession;
-use watch::Watch;
+use watch::{Connection, Watch};
 
 /// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
 #[derive(clap::Args)]
@@ -45,10 +45,6 @@ pub(crate) struct Arguments {
     /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
-    /// After a pause of this length, drop the incomplete frame. Off by default, because USB adapters send
-    /// in bursts, so a frame may contain pauses
-    #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
-    idle_gap: Option<u64>,
     /// After a silence of this length, the failsafe holds its output
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
     hold_after: u32,
@@ -60,27 +56,24 @@ pub(crate) struct Arguments {
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let line = AnyLine::new(&arguments.frame, arguments.policy).map_err(Error::msg)?;
-    let idle_gap = arguments.idle_gap.map(Duration::from_millis);
+    let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,
         ..FailsafeParameters::for_clock(watch::TICKS_PER_SECOND, watch::TICK, LEVEL.into())
     };
     let frame = FrameWriter::new(arguments.frame.clone());
-    let watch =
-        Watch::new(frame, line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
+    let mut watch = Watch::new(frame, line, failsafe).context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
-    let title = arguments.title(&input);
-    let mut session = MonitorSession::new(title, watch);
+    watch.title = arguments.title(&input);
     if let Some(port) = &input.port {
-        session.mark_errors(port.device.clone(), arguments.port.has_parity());
+        watch.mark_errors(port.device.clone(), arguments.port.has_parity());
     }
-    let outcome = watch_live(&mut session, input);
+    let outcome = arguments.watch_live(&mut watch, input);
     // Print the counters even if the view ended with an error.
-    let lines = session.finish();
+    let lines = watch.report();
     let report: String = lines.iter().map(|line| harmless(line) + "\n").collect();
     let written = Output::standard()?.write_all(report.as_bytes());
     outcome?;
@@ -102,61 +95,66 @@ enum News {
     Failed(Error),
 }
 
-/// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after
-/// an error or a panic.
-fn watch_live(session: &mut MonitorSession, input: Input<'static>) -> Result<()> {
-    let mut screen = Screen::take()?;
-    let beginning = Instant::now();
-    let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
-    // If the reading thread still waits for input at the end, it ends with the process.
-    thread::spawn(move || {
-        // Sending fails after the view is gone. This is not an error.
-        let send = |news| drop(sender.send((Instant::now(), news)));
-        let outcome = for_each_arrival(input, |arrival| {
-            send(match arrival {
-                Arrival::Bytes(bytes) => News::Bytes(bytes.to_vec()),
-                Arrival::Gone(error) => News::Gone(error.to_string()),
-                Arrival::Back(device) => News::Back(device),
+impl Arguments {
+    /// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after an error or a
+    /// panic.
+    fn watch_live(&self, watch: &mut Watch, input: Input<'static>) -> Result<()> {
+        let mut screen = Screen::take()?;
+        let beginning = Instant::now();
+        let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
+        // If the reading thread still waits for input at the end, it ends with the process.
+        thread::spawn(move || {
+            // Sending fails after the view is gone. This is not an error.
+            let send = |news| drop(sender.send((beginning.elapsed(), news)));
+            let outcome = for_each_arrival(input, |arrival| {
+                send(match arrival {
+                    Arrival::Bytes(bytes) => News::Bytes(bytes.to_vec()),
+                    Arrival::Gone(error) => News::Gone(error.to_string()),
+                    Arrival::Back(device) => News::Back(device),
+                });
+                Ok(())
             });
-            Ok(())
+            if let Err(failure) = outcome {
+                send(News::Failed(failure));
+            }
         });
-        if let Err(failure) = outcome {
-            send(News::Failed(failure));
-        }
-    });
-    while !screen.is_ended() {
-        let now = Instant::now();
-        while now.elapsed() < LONGEST_CATCHING_UP {
-            match arrivals.try_recv() {
-                Ok((instant, news)) => {
-                    let at = instant.saturating_duration_since(beginning);
-                    match news {
-                        News::Bytes(bytes) => session.receive(at, &bytes),
-                        News::Gone(why) => session.lose_port(at, &why),
-                        News::Back(device) => session.regain_port(device),
-                        News::Failed(failure) => return Err(failure),
+        // The lines at the moment when the view was paused. The line is counted all the same.
+        let mut paused: Option<Vec<Line>> = None;
+        while !screen.is_ended() {
+            let now = beginning.elapsed();
+            while beginning.elapsed() < now + LONGEST_CATCHING_UP {
+                match arrivals.try_recv() {
+                    Ok((at, News::Bytes(bytes))) => watch.receive(at, &bytes),
+                    Ok((at, News::Gone(why))) => watch.lose_port(at, &why),
+                    Ok((_, News::Back(device))) => {
+                        watch.regain_port(device, self.port.has_parity());
+                    }
+                    Ok((_, News::Failed(failure))) => return Err(failure),
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => {
+                        watch.port = Connection::Ended;
+                        break;
                     }
                 }
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => {
-                    session.has_ended = true;
-                    break;
+            }
+            // Later arrivals are handled after the next drawing.
+            watch.advance_to(now);
+            let lines = paused.clone().unwrap_or_else(|| view::lines(watch));
+            screen.draw(|frame| view::draw(frame, lines, paused.is_some()))?;
+            match key_within(DRAW_EVERY)? {
+                Some(key) if quits(key) => break,
+                Some(key) if key.code == KeyCode::Char(' ') => {
+                    paused = match paused {
+                        Some(_) => None,
+                        None => Some(view::lines(watch)),
+                    };
                 }
+                _ => {}
             }
         }
-        // Later arrivals are handled after the next drawing.
-        session.advance_to(now.saturating_duration_since(beginning));
-        screen.draw(|frame| view::draw(frame, session))?;
-        if let Some(key) = key_within(DRAW_EVERY)?
-            && !session.key(key)
-        {
-            break;
-        }
+        Ok(())
     }
-    Ok(())
-}
 
-impl Arguments {
     /// Checks that there is a terminal for the view, and one to read keys from.
     fn check_terminal(&self) -> Result<()> {
         let line = self.line.display();

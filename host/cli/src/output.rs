@@ -1,13 +1,11 @@
 //! Outputs: a file, standard output or a serial port. Also the messages on standard error.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use framelock_description::text::harmless;
-use ratatui::crossterm::terminal::size;
-use unicode_truncate::UnicodeTruncateStr;
 
 use crate::process;
 
@@ -17,10 +15,6 @@ pub(crate) struct Output {
     /// The output's name in messages.
     pub(crate) name: String,
     writer: Box<dyn Write + Send>,
-    /// Whether the output is a file. A progress bar is shown only with a file, because the bar would disturb rows on a
-    /// terminal.
-    pub(crate) is_file: bool,
-    is_terminal: bool,
 }
 
 impl Output {
@@ -29,26 +23,7 @@ impl Output {
         Self {
             name: name.to_owned(),
             writer: Box::new(writer),
-            is_file: false,
-            is_terminal: false,
         }
-    }
-
-    pub(crate) fn file(name: &str, file: File) -> Self {
-        Self {
-            is_file: file.metadata().is_ok_and(|metadata| metadata.is_file()),
-            is_terminal: file.is_terminal(),
-            ..Self::new(name, file)
-        }
-    }
-
-    /// Makes this an output for rows of text. On a terminal, rows are cut to the terminal's width.
-    pub(crate) fn of_rows(mut self) -> Self {
-        if self.is_terminal {
-            let (terminal, row) = (self.writer, Vec::new());
-            self.writer = Box::new(Rows { terminal, row });
-        }
-        self
     }
 
     /// Creates the file `path`, or replaces it. `-` is standard output.
@@ -60,7 +35,7 @@ impl Output {
         let file = File::create(path).map_err(|error| {
             anyhow!("cannot write to {name}: {error}; name a file that can be written")
         })?;
-        Ok(Self::file(&name, file))
+        Ok(Self::new(&name, file))
     }
 
     /// Creates the file `path`, and never replaces a file.
@@ -69,7 +44,7 @@ impl Output {
         let file = File::create_new(path).map_err(|error| {
             anyhow!("cannot record in {name}: {error}; name a file that does not exist")
         })?;
-        Ok(Self::file(&name, file))
+        Ok(Self::new(&name, file))
     }
 
     /// Checks that the file to be written is not the input.
@@ -83,45 +58,7 @@ impl Output {
 
     pub(crate) fn standard() -> Result<Self> {
         let file = process::standard_stream(io::stdout()).context("cannot open standard output")?;
-        Ok(Self::file("standard output", file))
-    }
-}
-
-/// Cuts rows to the width of a terminal.
-struct Rows {
-    terminal: Box<dyn Write + Send>,
-    /// The beginning of a row whose end has not been written yet.
-    row: Vec<u8>,
-}
-
-impl Write for Rows {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let columns = size().map_or(0, |(columns, _)| usize::from(columns));
-        let mut rows = String::new();
-        for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
-            self.row.extend(piece);
-            if let Some(row) = self.row.strip_suffix(b"\n") {
-                rows += &cut(&String::from_utf8_lossy(row), columns);
-                rows.push('\n');
-                self.row.clear();
-            }
-        }
-        self.terminal.write_all(rows.as_bytes())?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.terminal.flush()
-    }
-}
-
-/// Cuts a row to a number of columns; `>` marks a row that was cut. With 0 columns, the width is unknown and
-/// the row is not cut.
-fn cut(row: &str, columns: usize) -> String {
-    let (beginning, _) = row.unicode_truncate(columns.saturating_sub(1));
-    match row.unicode_truncate(columns).0 {
-        whole if columns == 0 || whole.len() == row.len() => row.to_owned(),
-        _ => format!("{beginning}>"),
+        Ok(Self::new("standard output", file))
     }
 }
 
@@ -168,25 +105,4 @@ pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     }
     note(&format!("{error:#}"));
     2
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_are_cut_to_the_columns_that_they_take() {
-        for (row, columns, expected) in [
-            ("payload 0102", 12, "payload 0102"),
-            ("payload 0102", 11, "payload 01>"),
-            ("payload 0102", 0, "payload 0102"),
-            ("µ°ééé", 4, "µ°é>"),
-            // Each of these characters is two columns wide.
-            ("速度速度", 8, "速度速度"),
-            ("速度速度", 6, "速度>"),
-            ("payload", 1, ">"),
-        ] {
-            assert_eq!(cut(row, columns), expected);
-        }
-    }
 }

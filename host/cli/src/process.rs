@@ -1,38 +1,15 @@
-//! This process: its clock, its standard streams, and its reaction to Ctrl-C.
+//! This process: the time of day, its standard streams, and its reaction to Ctrl-C.
 
 use std::fs::File;
 use std::io;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::SystemTime;
 
 use anyhow::{Context, Result};
-use clap::ValueEnum;
-
-/// The origin of the frames' times.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Timestamps {
-    /// The start of the program
-    Start,
-    /// The beginning of 1970, UTC
-    Unix,
-}
-
-impl Timestamps {
-    /// Returns the current time; `start` is the start of the program.
-    pub(crate) fn now(self, start: Instant) -> Duration {
-        match self {
-            Self::Start => start.elapsed(),
-            Self::Unix => since_1970(),
-        }
-    }
-}
-
-fn since_1970() -> Duration {
-    SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
-}
 
 /// Returns the time of day for messages, such as `09:30:05 UTC`.
 pub(crate) fn time_of_day() -> String {
-    let seconds = since_1970().as_secs();
+    let since_1970 = SystemTime::UNIX_EPOCH.elapsed();
+    let seconds = since_1970.map_or(0, |time| time.as_secs());
     let [hours, minutes] = [seconds / 3600 % 24, seconds / 60 % 60];
     format!("{hours:02}:{minutes:02}:{:02} UTC", seconds % 60)
 }

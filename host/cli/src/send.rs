@@ -2,7 +2,7 @@
 
 mod datagrams;
 mod pacer;
-mod profile;
+mod source;
 mod transmission;
 
 use std::io::IsTerminal;
@@ -16,17 +16,17 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
-use framelock_simulation::{Axis, Motion, Shape, check_rate, time_on_line};
+use framelock_simulation::{Axis, Motion, Shape, check_rate};
 
 use crate::input::Input;
 use crate::options::{ProtocolParser, number, setpoint, whole};
 use crate::output::{Output, note};
 use crate::process::on_interrupt;
 use crate::serial::{self, LastingPort, PortOptions};
-use datagrams::{Datagrams, Heard};
+use datagrams::Datagrams;
 use pacer::{Clock, Rate, RealClock};
-use profile::Profile;
-use transmission::{Parking, Source, Transmission};
+use source::{Profile, Source};
+use transmission::{Parking, Transmission};
 
 /// Send frames to a board on time: from a motion profile, a built-in motion or UDP datagrams
 #[derive(clap::Args)]
@@ -70,32 +70,17 @@ pub(crate) struct Arguments {
     #[arg(long)]
     no_reconnect: bool,
 
-    #[command(flatten)]
-    shape: ShapeArguments,
-
-    /// Send nothing while the last datagram is older than this; the board's failsafe takes over
-    #[arg(long, value_name = "MS", default_value_t = 200, value_parser = |text: &str| whole::<u64>(text, 1, u64::MAX), help_heading = "Datagrams")]
-    stale_after: u64,
-
-    #[command(flatten)]
-    end: End,
-}
-
-/// The options of the built-in motions.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Built-in motions")]
-struct ShapeArguments {
     /// Move this far from the middle to either side, in units of the setpoint
-    #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = |text: &str| whole::<u8>(text, 1, 127))]
+    #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = |text: &str| whole::<u8>(text, 1, 127), help_heading = MOTIONS)]
     amplitude: u8,
     /// Repeat the motion after this time [default: 20 for the sweep, 4 for the others]
-    #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
+    #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9), help_heading = MOTIONS)]
     period: Option<f64>,
     /// Set the sweep's lowest frequency
-    #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = |text: &str| number(text, 0.001, 1000.0))]
+    #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = |text: &str| number(text, 0.001, 1000.0), help_heading = MOTIONS)]
     from: f64,
     /// Set the sweep's highest frequency
-    #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0))]
+    #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0), help_heading = MOTIONS)]
     to: f64,
     /// Move only these axes; the others stay in the middle
     #[arg(
@@ -104,25 +89,29 @@ struct ShapeArguments {
         value_delimiter = ',',
         value_name = "AXIS,..",
         default_value = "pitch,roll,yaw",
-        hide_possible_values = true
+        hide_possible_values = true,
+        help_heading = MOTIONS
     )]
     axes: Vec<Axis>,
-}
 
-/// Options for how a transmission ends.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Parking")]
-struct End {
+    /// Send nothing while the last datagram is older than this; the board's failsafe takes over
+    #[arg(long, value_name = "MS", default_value_t = 200, value_parser = |text: &str| whole::<u64>(text, 1, u64::MAX), help_heading = "Datagrams")]
+    stale_after: u64,
+
     /// Park at this setpoint
-    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint)]
+    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint, help_heading = PARKING)]
     park: Setpoint,
     /// Take this long to move to park
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0), help_heading = PARKING)]
     park_seconds: f64,
     /// Stop where the axes are, without parking
-    #[arg(long, conflicts_with_all = ["park", "park_seconds"])]
+    #[arg(long, conflicts_with_all = ["park", "park_seconds"], help_heading = PARKING)]
     no_park: bool,
 }
+
+/// The headings of options.
+const MOTIONS: &str = "Built-in motions";
+const PARKING: &str = "Parking";
 
 /// Parses the address at which datagrams arrive.
 fn address(text: &str) -> Result<SocketAddr> {
@@ -136,11 +125,7 @@ const USUAL_RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
 /// Runs `framelock send`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let parking = arguments.parking()?;
-    let profile = arguments.profile()?;
-    if arguments.is_port() {
-        arguments.check_line(profile.as_ref())?;
-    }
-    let (source, datagrams) = arguments.source(profile)?;
+    let source = arguments.source()?;
     let is_stopped = Arc::new(AtomicBool::new(false));
     let mut line = arguments.open_line(&is_stopped)?;
     let name = line.name.clone();
@@ -151,26 +136,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let _ = stop.send(());
     })?;
     let clock = RealClock::new(stopped);
-    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame);
+    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame, arguments.rate());
     let length = arguments.seconds.map(Duration::from_secs_f64);
-    let outcome = transmission.run(source, length, parking);
-    let heard = datagrams.map(|datagrams| datagrams.heard());
-    for line in report(&transmission, &name, heard.as_ref()) {
+    let outcome = transmission.run(&source, length, parking);
+    for line in report(&transmission, &name) {
         note(&line);
     }
-    outcome?;
-    if let Some(failure) = heard.and_then(|heard| heard.failure) {
-        bail!("cannot receive datagrams any more: {failure}");
+    if let Source::Datagrams(datagrams) = source {
+        let received = datagrams.received();
+        note(&format!(
+            "datagrams received: {}, of which bad: {}; frames not sent for lack of a fresh datagram: {}",
+            received.count, received.bad, transmission.silent
+        ));
+        outcome?;
+        if let Some(failure) = received.failure {
+            bail!("cannot receive datagrams any more: {failure}");
+        }
+        return Ok(());
     }
-    Ok(())
+    Ok(outcome?)
 }
 
-/// Returns the lines of the final report: the frames sent, their lateness, and datagrams.
-fn report(
-    transmission: &Transmission<RealClock, Output>,
-    line: &str,
-    heard: Option<&Heard>,
-) -> Vec<String> {
+/// Returns the lines of the final report: the frames sent, and their lateness.
+fn report(transmission: &Transmission<RealClock, Output>, line: &str) -> Vec<String> {
     let pacer = &transmission.pacer;
     let seconds = |time: Duration| time.as_secs_f64();
     let mut report = vec![
@@ -192,12 +180,6 @@ fn report(
             seconds(pacer.held_up)
         ));
     }
-    if let Some(heard) = heard {
-        report.push(format!(
-            "datagrams received: {}, of which bad: {}; frames not sent for lack of a fresh datagram: {}",
-            heard.count, heard.bad, transmission.silent
-        ));
-    }
     report
 }
 
@@ -212,28 +194,18 @@ impl Arguments {
         self.line.as_os_str() != "-"
     }
 
-    /// Checks that the line is fast enough for the frames.
-    fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
-        let (rate, baud) = (self.rate(), self.port.usual_baud());
-        if self.frame.has_setpoints() {
-            // Parking always uses `rate`, even if the profile has times of its own.
-            check_rate(rate.0.get().into(), self.frame.longest(), baud, 1.0)?;
-        }
-        let time_of = |bytes| time_on_line(bytes, baud);
-        profile.map_or(Ok(()), |profile| profile.check_line_carries(rate, time_of))
-    }
-
-    /// Reads the file of `--profile`, if the option was given.
-    fn profile(&self) -> Result<Option<Profile>> {
-        let path = self.profile.as_ref();
-        path.map(|path| Profile::read(Input::open(path, &PortOptions::default())?, &self.frame))
-            .transpose()
-    }
-
-    /// Returns how to park at the end. Frames without setpoints are not parked.
+    /// Returns how to park at the end. Frames without setpoints are not parked. Checks that a port is fast enough for
+    /// the parking, which always uses `rate`, even if the profile has times of its own.
     fn parking(&self) -> Result<Option<Parking>> {
         if self.frame.has_setpoints() {
-            return Ok(self.end.parking(self.rate()));
+            if self.is_port() {
+                let (rate, baud) = (self.rate().0.get(), self.port.usual_baud());
+                check_rate(rate.into(), self.frame.longest(), baud, 1.0)?;
+            }
+            return Ok((!self.no_park).then_some(Parking {
+                at: self.park,
+                seconds: self.park_seconds,
+            }));
         }
         if self.profile.is_none() {
             bail!(
@@ -245,30 +217,30 @@ impl Arguments {
         Ok(None)
     }
 
-    /// Returns the source of the frames. If datagrams are the source, also returns the receiver of the datagrams.
-    fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
-        let rate = self.rate();
-        if let Some(profile) = profile {
+    /// Returns the source of the frames. Reads the file of `--profile`, if the option was given.
+    fn source(&self) -> Result<Source> {
+        if let Some(path) = &self.profile {
+            let input = Input::open(path, &PortOptions::default())?;
+            let profile = Profile::read(input, &self.frame)?;
             if profile.has_times() && self.rate.is_some() {
                 bail!("--rate: the profile has times of its own: leave --rate or the times out");
             }
-            return Ok((profile.source(rate), None));
+            return Ok(Source::Profile(profile));
         }
-        let frame = self.frame.clone();
         if let Some(address) = self.udp {
-            let datagrams = Datagrams::listen(address)?;
             let stale_after = Duration::from_millis(self.stale_after);
-            return Ok((datagrams.source(frame, rate, stale_after), Some(datagrams)));
+            return Ok(Source::Datagrams(Datagrams::listen(address, stale_after)?));
         }
         let Some(shape) = self.motion else {
             bail!("nothing to send: give --motion, --profile or --udp");
         };
-        let motion = self.shape.motion(shape);
-        let source = Source {
-            dues: Box::new(rate.dues()),
-            frame: Box::new(move |due| Some(frame.encode_setpoint(motion.at(due)))),
-        };
-        Ok((source, None))
+        Ok(Source::Motion(Motion {
+            shape,
+            amplitude: self.amplitude,
+            period: self.period.unwrap_or(shape.usual_period()),
+            frequencies: [self.from, self.to],
+            axes: self.axes.clone(),
+        }))
     }
 
     fn open_line(&self, is_stopped: &Arc<AtomicBool>) -> Result<Output> {
@@ -304,27 +276,5 @@ impl Arguments {
             );
         }
         Output::standard()
-    }
-}
-
-impl End {
-    fn parking(&self, rate: Rate) -> Option<Parking> {
-        (!self.no_park).then_some(Parking {
-            at: self.park,
-            seconds: self.park_seconds,
-            rate,
-        })
-    }
-}
-
-impl ShapeArguments {
-    fn motion(&self, shape: Shape) -> Motion {
-        Motion {
-            shape,
-            amplitude: self.amplitude,
-            period: self.period.unwrap_or(shape.usual_period()),
-            frequencies: [self.from, self.to],
-            axes: self.axes.clone(),
-        }
     }
 }

@@ -245,10 +245,10 @@ fn is_there(path: &Path) -> bool {
 #[cfg(windows)]
 fn is_there(path: &Path) -> bool {
     let name = path.to_string_lossy();
-    let ports = serialport::available_ports().unwrap_or_default();
-    ports
-        .iter()
-        .any(|port| port.port_name.eq_ignore_ascii_case(&name))
+    serialport::available_ports().is_ok_and(|ports| {
+        let mut names = ports.iter().map(|port| &port.port_name);
+        names.any(|port| port.eq_ignore_ascii_case(&name))
+    })
 }
 
 /// Opens `path` if it is a serial port.

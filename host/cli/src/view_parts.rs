@@ -1,8 +1,8 @@
-//! The parts of live views: bars, counts and phases.
+//! The parts of live views: colours, bars and phases.
 
 use framelock::motion::Phase;
 use ratatui::style::{Color, Style, Stylize};
-use ratatui::text::{Line, Span};
+use ratatui::text::Span;
 
 /// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
 /// backgrounds; Okabe and Ito chose the pair. Each of the two constants is the one of a terminal's 256 colours that is
@@ -14,36 +14,18 @@ pub(crate) const VERMILLION: Color = Color::Indexed(166);
 /// The lecture's names of the states. BIN's receivers are in state `i` while they wait for byte `i` of a frame.
 pub(crate) const STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];
 
-/// The characters that fill 0 to 8 eighths of a terminal cell.
-const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
-
-/// Returns a bar of `width` cells for the output, with a mark at the value that was sent.
-pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
-    let cells = usize::from(width);
-    let eighths = usize::from(output) * cells * 8 / usize::from(u8::MAX);
-    let mark = sent.map(|sent| usize::from(sent) * cells.saturating_sub(1) / usize::from(u8::MAX));
-    (0..cells)
-        .map(|cell| {
-            if mark == Some(cell) {
-                return Span::from("┃").fg(Color::Yellow).bold();
-            }
-            let filled = eighths.saturating_sub(cell * 8).min(8);
-            let part = EIGHTHS.get(filled).copied().unwrap_or(' ');
-            Span::from(part.to_string())
-                .fg(Color::Cyan)
-                .bg(Color::Indexed(236))
-        })
-        .collect()
-}
-
-/// Formats a count, and emphasises it if it is not zero.
-pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
-    let span = Span::from(format!("{count:<5}"));
-    if count > 0 {
-        span.fg(color).bold()
-    } else {
-        span
-    }
+/// Returns a bar of `width` cells that is filled up to `value`, with a mark at another value.
+pub(crate) fn bar(value: u8, mark: Option<u8>, width: usize) -> Span<'static> {
+    let cells = |value: u8, most: usize| (usize::from(value) * most + 127) / 255;
+    let filled = cells(value, width);
+    let mark = mark.map(|mark| cells(mark, width.saturating_sub(1)));
+    let cell = |cell| match cell {
+        _ if mark == Some(cell) => '┃',
+        _ if cell < filled => '█',
+        _ => ' ',
+    };
+    let bar: String = (0..width).map(cell).collect();
+    bar.cyan().bg(Color::Indexed(236))
 }
 
 /// Returns the style of a phase.
@@ -72,18 +54,18 @@ pub(crate) mod tests {
             .collect()
     }
 
-    fn text(output: u8, sent: Option<u8>) -> String {
-        bar(output, sent, 10).to_string()
-    }
-
     #[test]
-    fn the_bar_shows_the_output_and_the_mark_shows_the_value_sent() {
-        assert_eq!(text(0, None), "          ");
-        assert_eq!(text(255, None), "██████████");
-        assert_eq!(text(128, None), "█████     ");
-        assert_eq!(text(140, None), "█████▍    ");
-        assert_eq!(text(128, Some(0)), "┃████     ");
-        assert_eq!(text(128, Some(255)), "█████    ┃");
-        assert_eq!(bar(128, Some(128), 0).to_string(), "");
+    fn a_bar_is_filled_up_to_the_value_and_marks_another() {
+        for (value, mark, expected) in [
+            (0, None, "          "),
+            (255, None, "██████████"),
+            (128, None, "█████     "),
+            (140, None, "█████     "),
+            (128, Some(0), "┃████     "),
+            (128, Some(255), "█████    ┃"),
+        ] {
+            assert_eq!(bar(value, mark, 10).content, expected);
+        }
+        assert_eq!(bar(128, Some(128), 0).content, "");
     }
 }

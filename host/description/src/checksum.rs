@@ -2,9 +2,11 @@
 
 use framelock_formats::layout::{Algorithm, ByteOrder, Checksum, Crc, Encoding};
 
-use crate::field::NumberType;
-use crate::problem::{Located, Mistake};
-use crate::table::Table;
+use toml::Spanned;
+
+use crate::entries::{ChecksumEntry, parsed, parsed_if_any};
+use crate::number::NumberType;
+use crate::problem::{Located, Mistake, UnknownName};
 
 const SUMS: &[(&str, Algorithm)] = &[
     ("sum", Algorithm::Sum),
@@ -74,54 +76,49 @@ fn plain(name: &str) -> String {
 fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
     let alias = aliases().find(|(alias, _)| plain(alias) == plain(name));
     let wanted = plain(alias.map_or(name, |(_, name)| name));
-    if let Some((_, sum)) = SUMS.iter().find(|(sum, _)| plain(sum) == wanted) {
-        return Ok(*sum);
+    let crcs = CATALOGUE
+        .iter()
+        .map(|(name, crc)| (*name, Algorithm::Crc(*crc)));
+    let mut all = SUMS.iter().copied().chain(crcs);
+    if let Some((_, algorithm)) = all.clone().find(|(name, _)| plain(name) == wanted) {
+        return Ok(algorithm);
     }
-    if let Some((_, crc)) = CATALOGUE.iter().find(|(crc, _)| plain(crc) == wanted) {
-        return Ok(Algorithm::Crc(*crc));
-    }
-    let sums = SUMS.iter().map(|(name, _)| *name);
-    let crcs = CATALOGUE.iter().map(|(name, _)| *name);
-    let mut all: Vec<&str> = sums
-        .chain(crcs)
-        .chain(aliases().map(|(alias, _)| alias))
-        .collect();
-    all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
-    Err(Mistake::UnknownChecksum {
-        name: name.to_owned(),
-        nearest: all.iter().take(4).map(|name| spelled(name)).collect(),
-    })
+    let aliases = aliases().map(|(alias, _)| alias);
+    let mut names: Vec<&str> = all.by_ref().map(|(name, _)| name).chain(aliases).collect();
+    names.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
+    let names = names.into_iter().map(spelled);
+    Err(UnknownName::new(name, names).into())
 }
 
-/// Reads a checksum's table.
-pub(crate) fn read(mut table: Table) -> Result<Checksum<'static>, Located> {
-    let algorithm = table.parse("name", named)?;
-    let (width, polynomial) = (table.get("width")?, table.get("polynomial")?);
-    let (initial, xor_out) = (table.get("initial")?, table.get("xor")?);
-    let reflected = table.get("reflected")?;
-    let (bytes, encoding) = table.need_parsed("type", encoding)?;
-    let at: i16 = table.need("at")?;
-    let (from, to) = (table.get("from")?, table.get("to")?);
-    table.finish()?;
-    let has_parameters = initial.is_some() || reflected.is_some() || xor_out.is_some();
-    let algorithm = match (algorithm, width, polynomial) {
+/// Returns the checksum with these entries.
+pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, Located> {
+    let (span, entry) = (entry.span(), entry.get_ref());
+    let (bytes, encoding) = parsed(&entry.r#type, encoding)?;
+    let algorithm = parsed_if_any(entry.name.as_ref(), named)?;
+    let (initial, xor, reflected) = (entry.initial, entry.xor, entry.reflected);
+    let has_parameters = initial.or(xor).is_some() || reflected.is_some();
+    let algorithm = match (algorithm, entry.width, entry.polynomial) {
         (Some(algorithm), None, None) if !has_parameters => algorithm,
         (None, Some(width), Some(polynomial)) => Algorithm::Crc(Crc {
             initial: initial.unwrap_or(0),
             reflected_in: reflected.unwrap_or(false),
             reflected_out: reflected.unwrap_or(false),
-            xor_out: xor_out.unwrap_or(0),
+            xor_out: xor.unwrap_or(0),
             ..Crc::new(width, polynomial)
         }),
-        _ => return Err(Located::new(table.span, Mistake::Algorithm)),
+        _ => {
+            let rule =
+                "give a name, or a CRC's width and polynomial; then initial, reflected and xor";
+            return Err(Located::new(span, rule));
+        }
     };
     Ok(Checksum {
         algorithm,
+        bytes,
         encoding,
-        at,
-        from: from.unwrap_or(0),
-        to: to.unwrap_or(at.saturating_sub(1)),
-        ..Checksum::at_the_end(bytes)
+        at: entry.at,
+        from: entry.from,
+        to: entry.to.unwrap_or(entry.at.saturating_sub(1)),
     })
 }
 
@@ -131,7 +128,7 @@ fn encoding(name: &str) -> Result<(usize, Encoding), Mistake> {
     if let Some(place) = digits.iter().position(|hex| *hex == name) {
         return Ok((place + 1, Encoding::Hex));
     }
-    let number = NumberType::parse_unsigned(name)?;
+    let number = NumberType::parse_unsigned(name, &digits)?;
     let encoding = match number.order {
         ByteOrder::Little => Encoding::Little,
         ByteOrder::Big => Encoding::Big,

@@ -4,9 +4,10 @@ use framelock::{Classification, DiscardReason};
 use framelock_formats::layout::index;
 use serde_json::Value as Json;
 
-use crate::field::{Class, Field};
+use crate::field::Field;
 use crate::kind::Kind;
-use crate::problem::{EncodeError, UnknownName};
+use crate::number::Class;
+use crate::problem::{EncodeError, Misfit, UnknownName};
 use crate::text::quote;
 use crate::{Description, KIND};
 
@@ -215,11 +216,11 @@ impl Kind {
         {
             let is_number = |field: &&Field| usize::try_from(field.at) == Ok(messages.number.at);
             let field = self.fields.iter().find(is_number);
-            return EncodeError::UnknownMessage {
-                field: field.map_or("message", |field| &field.name).to_owned(),
-                value: self
-                    .message_number(frame)
-                    .map_or(String::new(), |number| number.to_string()),
+            let value = self.message_number(frame).map(|number| number.to_string());
+            return EncodeError::Value {
+                column: field.map_or("message", |field| &field.name).to_owned(),
+                value: value.expect("the frame has a header"),
+                reason: Misfit::NoMessage,
             };
         }
         EncodeError::NoFrame {

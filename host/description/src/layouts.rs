@@ -1,18 +1,21 @@
 //! The layouts of a description. A layout borrows its parts; here they are owned together.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use framelock::{Classification, Format, LineEvent};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::{
-    Algorithm, CheckedLayout, Checksum, Contradiction, Crc, FixedBits, KnownMessage, Layout,
-    Length, Messages, Number, Patterns, Table, Trailer,
+    Algorithm, CheckedLayout, Checksum, Contradiction, FixedBits, KnownMessage, Layout, Length,
+    Messages, Number, Patterns, Table, Trailer,
 };
 use self_cell::self_cell;
 
 use crate::hex;
-use crate::problem::Mistake;
+use crate::problem::{HexError, HexReason, Mistake};
+use crate::text::quoted;
 
 /// The number that identifies a message, and the known messages.
 pub(crate) type OwnMessages = (Number, Cow<'static, [KnownMessage]>);
@@ -27,8 +30,8 @@ pub(crate) struct Parts {
     pub(crate) fixed: Vec<FixedBits>,
     pub(crate) messages: Option<OwnMessages>,
     pub(crate) checksum: Option<Checksum<'static>>,
-    pub(crate) terminator: Alternatives,
-    pub(crate) other_terminators: [Alternatives; 2],
+    /// The terminator, and the terminators of other lengths.
+    pub(crate) terminators: [Alternatives; 3],
     pub(crate) content: Vec<(u8, u8)>,
     pub(crate) trailer: Option<Trailer>,
     /// The table of the checksum's CRC.
@@ -38,37 +41,39 @@ pub(crate) struct Parts {
 impl Parts {
     /// Returns the layout with these parts.
     pub(crate) fn layout(&self) -> Layout<'_> {
-        let with_table = |checksum: Checksum<'static>| -> Checksum<'_> {
-            match (checksum.algorithm, &self.table) {
-                (Algorithm::Crc(crc), Some(table)) => Checksum {
-                    algorithm: Algorithm::Crc(Crc {
-                        table: Table::Words(table),
-                        ..crc
-                    }),
-                    ..checksum
-                },
-                _ => checksum,
-            }
-        };
+        let mut checksum: Option<Checksum<'_>> = self.checksum;
+        if let Some(Checksum { algorithm, .. }) = &mut checksum
+            && let (Algorithm::Crc(crc), Some(table)) = (algorithm, &self.table)
+        {
+            crc.table = Table::Words(table);
+        }
+        let known = self.messages.as_ref();
+        let [terminator, other_terminators @ ..] =
+            self.terminators.each_ref().map(Alternatives::patterns);
         Layout {
             sync: self.sync.patterns(),
             length: self.length,
             shortest: self.shortest,
             longest: self.longest,
             fixed: &self.fixed,
-            messages: self.messages.as_ref().map(|(number, known)| Messages {
+            messages: known.map(|(number, known)| Messages {
                 number: *number,
                 known,
             }),
-            checksum: self.checksum.map(with_table),
-            terminator: self.terminator.patterns(),
+            checksum,
+            terminator,
             content: &self.content,
-            other_terminators: self
-                .other_terminators
-                .each_ref()
-                .map(Alternatives::patterns),
+            other_terminators,
             trailer: self.trailer,
         }
+    }
+}
+
+/// Returns the number of bytes in the header. It is 0 if a frame may consist of only the delimiter.
+pub(crate) fn header(layout: &Layout) -> usize {
+    match layout.length {
+        Length::Delimiter if layout.sync.length == 0 && layout.messages.is_none() => 0,
+        _ => layout.header(),
     }
 }
 
@@ -157,12 +162,10 @@ pub(crate) struct Alternatives {
 impl Alternatives {
     /// Parses bytes in hex, with a bar between alternatives of the same length.
     pub(crate) fn parse(text: &str) -> Result<Self, Mistake> {
-        let each = sequences(text)?;
-        let (bytes, length) = (each.concat(), each[0].len());
-        if each.iter().any(|bytes| bytes.len() != length) {
-            return Err(Mistake::DifferentLengths);
+        match terminators(text)? {
+            [one, other, _] if other.bytes.is_empty() => Ok(one),
+            _ => Err("all alternatives for these bytes must have the same length".into()),
         }
-        Ok(Self { bytes, length })
     }
 
     fn patterns(&self) -> Patterns<'_> {
@@ -170,27 +173,20 @@ impl Alternatives {
     }
 }
 
-/// Parses bytes in hex, with a bar between alternatives. Returns at least one.
-fn sequences(text: &str) -> Result<Vec<Vec<u8>>, Mistake> {
-    let each = text.split('|').map(|text| hex::parse(&[text]));
-    let each = each.collect::<Result<Vec<_>, _>>()?;
-    if each.iter().any(Vec::is_empty) {
-        return Err(Mistake::NoBytes);
-    }
-    Ok(each)
-}
-
-/// Parses the terminators. The first group has the length of the first terminator.
+/// Parses bytes in hex, with a bar between alternatives, and groups the alternatives by their lengths. The first group
+/// has the length of the first alternative.
 pub(crate) fn terminators(text: &str) -> Result<[Alternatives; 3], Mistake> {
     let mut groups: [Alternatives; 3] = Default::default();
-    for end in sequences(text)? {
-        let is_own = |group: &&mut Alternatives| group.length == end.len() || group.length == 0;
-        let group = groups
-            .iter_mut()
-            .find(is_own)
-            .ok_or(Mistake::ManyTerminators)?;
-        group.length = end.len();
-        group.bytes.extend(end);
+    for text in text.split('|') {
+        let bytes = hex::parse(&[text])?;
+        if bytes.is_empty() {
+            return Err("no bytes: leave the key out if there are none".into());
+        }
+        let fits = |group: &&mut Alternatives| [0, bytes.len()].contains(&group.length);
+        let group = groups.iter_mut().find(fits);
+        let group = group.ok_or("a frame can have terminators of at most three lengths")?;
+        group.length = bytes.len();
+        group.bytes.extend(bytes);
     }
     Ok(groups)
 }
@@ -200,31 +196,36 @@ pub(crate) fn terminators(text: &str) -> Result<[Alternatives; 3], Mistake> {
 pub(crate) fn content(text: &str) -> Result<Vec<(u8, u8)>, Mistake> {
     let (all, except) = text.split_once("except").unwrap_or((text, ""));
     let (all, except) = (ranges(all)?, ranges(except)?);
-    let has = |ranges: &[(u8, u8)], byte| ranges.iter().any(|&(a, b)| (a..=b).contains(&byte));
+    let is_in =
+        |ranges: &[RangeInclusive<u8>], byte: u8| ranges.iter().any(|range| range.contains(&byte));
     let mut content: Vec<(u8, u8)> = Vec::new();
-    for byte in (0..=u8::MAX).filter(|&byte| has(&all, byte) && !has(&except, byte)) {
+    for byte in (0..=u8::MAX).filter(|&byte| is_in(&all, byte) && !is_in(&except, byte)) {
         match content.last_mut() {
             Some((_, last)) if *last + 1 == byte => *last = byte,
             _ => content.push((byte, byte)),
         }
     }
     if content.is_empty() {
-        return Err(Mistake::NoContent);
+        return Err("no bytes: leave the key out if a frame may contain any".into());
     }
     // Put the widest range first, because most bytes are in that range.
-    content.sort_by_key(|(first, last)| first.abs_diff(*last));
-    content.reverse();
+    content.sort_by_key(|(first, last)| Reverse(last - first));
     Ok(content)
 }
 
 /// Parses single bytes and ranges of bytes, in hex.
-fn ranges(text: &str) -> Result<Vec<(u8, u8)>, Mistake> {
-    let words = text.split_whitespace().map(|word| {
+fn ranges(text: &str) -> Result<Vec<RangeInclusive<u8>>, HexError> {
+    let words = (1..).zip(text.split_whitespace());
+    let range = |(number, word): (usize, &str)| {
         let (first, last) = word.split_once('-').unwrap_or((word, word));
         match (&*hex::parse(&[first])?, &*hex::parse(&[last])?) {
-            (&[first], &[last]) if first <= last => Ok((first, last)),
-            _ => Err(Mistake::Range(word.to_owned())),
+            (&[first], &[last]) if first <= last => Ok(first..=last),
+            _ => Err(HexError {
+                number,
+                word: quoted(word),
+                reason: HexReason::Range,
+            }),
         }
-    });
-    words.collect()
+    };
+    words.map(range).collect()
 }

@@ -43,7 +43,9 @@
 )]
 
 mod checksum;
+mod contents;
 mod encode;
+mod entries;
 mod example;
 mod field;
 pub mod hex;
@@ -51,8 +53,10 @@ mod item;
 mod kind;
 mod layouts;
 mod messages;
+mod number;
 mod problem;
-mod table;
+mod read;
+mod read_field;
 pub mod text;
 mod value;
 
@@ -63,19 +67,20 @@ use std::path::Path;
 
 use framelock::{Classification, Format as _, LineEvent};
 use toml::Spanned;
-use toml::de::DeTable;
 
-pub use field::{Class, Field, NumberType, Type};
+pub use contents::{Content, Contents};
+pub use field::{Field, Type};
 pub use item::Item;
-pub use kind::{Content, Contents, Kind, LONGEST, Part};
+pub use kind::{Kind, LONGEST, Part};
 pub use layouts::Layouts;
+pub use number::{Class, NumberType};
 pub use problem::{
     EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName,
 };
 pub use value::{Decimal, Scale, Value};
 
-use problem::Located;
-use table::Table;
+use entries::Entries;
+use problem::{Located, reject_if};
 
 /// The limit on the number of bytes in the text of a description.
 const LONGEST_TEXT: usize = 1 << 20;
@@ -115,79 +120,57 @@ impl Description {
     /// # Errors
     /// Returns the first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, Problem> {
-        let table = DeTable::parse(text).map_err(|error| {
-            let mistake = Mistake::Toml(error.message().to_owned());
-            Located::new(error.span().unwrap_or(0..0), mistake)
-        });
-        table
-            .and_then(|table| Self::read(name, &table))
+        let entries = toml::from_str(text).map_err(Located::from);
+        entries
+            .and_then(|entries| Self::read(name, &entries))
             .map_err(|located| Problem::within(name, text, located))
     }
 
-    fn read(name: &str, table: &Spanned<DeTable>) -> Result<Self, Located> {
-        let mut table = Table::new(table.get_ref(), 0..0);
-        let included: Vec<Spanned<String>> = table.get("any_of")?.unwrap_or_default();
-        let mut tables = table.tables("kinds")?;
-        let count = included.len() + tables.len();
-        if count > MOST_KINDS {
-            return Err(Mistake::ManyKinds(count).into());
-        }
+    fn read(name: &str, entries: &Entries) -> Result<Self, Located> {
+        let (shipped_names, own) = (&entries.any_of, &entries.kinds);
+        let count = shipped_names.len() + own.len();
+        let (what, most) = ("the number of kinds", MOST_KINDS);
+        reject_if(count > most, 0..0, Mistake::OutOfRange { what, most })?;
         let mut kinds = Vec::new();
-        for name in &included {
-            let text =
-                shipped(name.get_ref()).map_err(|unknown| Located::new(name.span(), unknown))?;
-            let shipped =
-                Self::parse(name.get_ref(), text).expect("shipped descriptions are valid");
-            kinds.extend(shipped.kinds);
+        for name in shipped_names {
+            let text = shipped(name.get_ref());
+            let text = text.map_err(|unknown| Located::new(name.span(), unknown))?;
+            let shipped = Self::parse(name.get_ref(), text);
+            kinds.extend(shipped.expect("shipped descriptions are valid").kinds);
         }
-        for kind in &mut tables {
+        for kind in own {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-            let name: Option<String> = kind.get("name")?;
-            let Some(name) = name.filter(|name| name.chars().all(plain)) else {
-                return Err(Located::new(kind.span.clone(), Mistake::KindName));
-            };
-            if kind.has_any(&["kinds", "any_of"]) {
-                return kind.wrong("name", Mistake::NestedKinds);
-            }
-            kinds.push(Kind::read(&name, kind, Some(&table))?);
+            let (span, kind) = (kind.span(), kind.get_ref());
+            let name = kind.name.as_ref().map_or("", |name| name.get_ref());
+            let is_wrong = name.is_empty() || !name.chars().all(plain);
+            let rule = "a kind must have a name of letters, digits, - and _";
+            reject_if(is_wrong, span.clone(), rule)?;
+            let has_kinds = !kind.kinds.is_empty() || !kind.any_of.is_empty();
+            reject_if(has_kinds, span, "a kind cannot contain kinds or any_of")?;
+            let kind = kind.clone().within(entries.clone());
+            kinds.push(Kind::read(name, &kind, true)?);
         }
-        if table.has("name") {
-            return table.wrong("name", Mistake::NeedlessName);
+        if let Some(name) = &entries.name {
+            let rule = "only a kind in [[kinds]] has a name: leave the name out";
+            return Err(Located::new(name.span(), rule));
         }
-        if let (Some(first), []) = (included.first(), &*tables)
-            && table.has_any(&[
-                "sync",
-                "length",
-                "length_field",
-                "terminator",
-                "content",
-                "checksum",
-                "fields",
-            ])
-        {
-            return Err(Located::new(first.span(), Mistake::AnyOf));
+        if let (Some(first), []) = (shipped_names.first(), &**own) {
+            let rule = "any_of names complete descriptions: move the other keys into [[kinds]]";
+            reject_if(entries.has_parts(), first.span(), rule)?;
         }
         if kinds.is_empty() {
-            kinds.push(Kind::read(name, &mut table, None)?);
-        } else if tables.is_empty() {
-            table.finish()?;
+            kinds.push(Kind::read(name, entries, false)?);
         }
-        let columns = columns(&kinds).map_err(|mistake| {
-            let span = if table.has("fields") {
-                table
-                    .tables("fields")
-                    .map_or(0..0, |fields| fields[0].span.clone())
-            } else {
-                tables.first().map_or(0..0, |kind| kind.span.clone())
-            };
-            Located { span, mistake }
-        })?;
+        let first = entries.fields.first().map(Spanned::span);
+        let first = first.or(own.first().map(Spanned::span));
+        let columns = columns(&kinds);
+        let columns = columns.map_err(|mistake| Located::new(first.unwrap_or(0..0), mistake))?;
         let layouts = Layouts::concat(kinds.iter().map(|kind| &kind.layouts));
         let all = layouts.all();
         for (number, layout) in all.iter().enumerate() {
             if let Some(earlier) = all[..number].iter().position(|other| other == layout) {
-                let entry = (number + tables.len()).checked_sub(kinds.len());
-                let span = entry.map_or(0..0, |entry| tables[entry].span.clone());
+                let entry = number.checked_sub(kinds.len() - own.len());
+                let span = entry.map_or(0..0, |entry| own[entry].span());
                 let [kind, earlier] = [number, earlier].map(|number| kinds[number].name.clone());
                 return Err(Located::new(span, Mistake::NeverOccurs { kind, earlier }));
             }
@@ -316,6 +299,11 @@ fn has_kinds(kinds: &[Kind]) -> bool {
             .any(|kind| !kind.views.is_empty() || !kind.message_names.is_empty())
 }
 
+fn same_name(things: &'static str, name: &str) -> Mistake {
+    let name = name.to_owned();
+    Mistake::SameName { things, name }
+}
+
 /// Returns the columns of all kinds. The columns of an array have the array's name and a number. Kinds may share a
 /// column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
@@ -330,12 +318,13 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
     }
     let mut names = HashSet::new();
     if let Some(kind) = kinds.iter().find(|kind| !names.insert(&*kind.name)) {
-        return Err(Mistake::SameKindName(kind.name.clone()));
+        return Err(same_name("kinds are", &kind.name));
     }
     let all = || kinds.iter().flat_map(Kind::with_views);
     let fields = all().flat_map(Kind::varying_fields);
     if fields.map(Field::values).sum::<usize>() > MOST_COLUMNS {
-        return Err(Mistake::ManyColumns);
+        let (what, most) = ("the number of values in a row", MOST_COLUMNS);
+        return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
     // The number of values in each array. If several kinds share an array, they share all of its columns.
@@ -349,7 +338,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             if field.is_array()
                 && *arrays.entry(&field.name).or_insert(field.values()) != field.values()
             {
-                return Err(Mistake::DifferentValues(field.name.clone()));
+                return Err(same_name("kinds have different values", &field.name));
             }
             for number in 0..field.values() {
                 let column = Column {
@@ -359,11 +348,11 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
                 };
                 // The header of a table may be in capitals.
                 if !own.insert(column.name.to_ascii_lowercase()) {
-                    return Err(Mistake::SameName(column.name));
+                    return Err(same_name("values are", &column.name));
                 }
                 match places.get(&column.name) {
                     Some(&place) if columns[place] == column => {}
-                    Some(_) => return Err(Mistake::DifferentValues(column.name)),
+                    Some(_) => return Err(same_name("kinds have different values", &column.name)),
                     None => {
                         places.insert(column.name.clone(), columns.len());
                         columns.push(column);

@@ -18,17 +18,19 @@ pub(crate) enum Known {
     List(Vec<Entry>),
 }
 
-/// A dialect, or a row for one message.
+/// A dialect, or a row for one message: its number, its extra byte, and the largest value of the length field.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum Entry {
     Dialect(Dialect),
-    Number([u32; 1]),
-    Extra(u32, u8),
-    Most(u32, u8, u16),
+    Row(
+        u32,
+        #[serde(default)] Option<u8>,
+        #[serde(default)] Option<u16>,
+    ),
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Dialect {
     Common,
@@ -44,62 +46,52 @@ impl Dialect {
     }
 }
 
-impl Entry {
-    /// Returns the messages of a dialect, or the message of a row.
-    fn messages(self) -> Vec<KnownMessage> {
-        match self {
-            Self::Dialect(dialect) => dialect.messages().to_vec(),
-            Self::Number([number]) => vec![KnownMessage::new(number)],
-            Self::Extra(number, extra) => vec![KnownMessage {
-                extra: Some(extra),
-                ..KnownMessage::new(number)
-            }],
-            Self::Most(number, extra, longest_payload) => vec![KnownMessage {
-                number,
-                longest_payload,
-                extra: Some(extra),
-            }],
-        }
-    }
-}
-
 impl Known {
+    fn dialects(&self) -> Vec<&'static [KnownMessage]> {
+        let dialects: Vec<Dialect> = match self {
+            Self::Dialect(dialect) => vec![*dialect],
+            Self::List(list) => {
+                let dialects = list.iter().filter_map(|entry| match entry {
+                    Entry::Dialect(dialect) => Some(*dialect),
+                    Entry::Row(..) => None,
+                });
+                dialects.collect()
+            }
+        };
+        dialects.into_iter().map(Dialect::messages).collect()
+    }
+
     /// Returns the known messages in ascending order of their numbers. A row for a message replaces the dialect's entry.
     pub(crate) fn messages(&self) -> Cow<'static, [KnownMessage]> {
         let list = match self {
             Self::Dialect(dialect) => return dialect.messages().into(),
             Self::List(list) => list,
         };
-        let is_row = |entry: &&Entry| !matches!(entry, Entry::Dialect(_));
-        let (rows, dialects): (Vec<&Entry>, Vec<&Entry>) = list.iter().partition(is_row);
-        let mut all: Vec<KnownMessage> = rows.into_iter().flat_map(|row| row.messages()).collect();
-        for dialect in dialects {
-            let others: Vec<KnownMessage> = dialect.messages();
-            let own = sorted(all.iter().copied());
-            let is_new = |message: &KnownMessage| find(&own, message.number).is_none();
-            all.extend(others.into_iter().filter(is_new));
+        let rows = list.iter().filter_map(|entry| match *entry {
+            Entry::Dialect(_) => None,
+            Entry::Row(number, extra, longest_payload) => Some(KnownMessage {
+                number,
+                longest_payload: longest_payload.unwrap_or(u16::MAX),
+                extra,
+            }),
+        });
+        let mut all = sorted(rows);
+        for dialect in self.dialects() {
+            let is_new = |message: &&KnownMessage| find(&all, message.number).is_none();
+            let others: Vec<KnownMessage> = dialect.iter().filter(is_new).copied().collect();
+            all = sorted(all.into_iter().chain(others));
         }
-        sorted(all.into_iter()).into()
+        all.into()
     }
 
     /// Returns the numbers and names of the messages that a description takes from a dialect. Leaves out a message to
     /// which a row gives another definition.
     pub(crate) fn names(&self) -> Vec<(u32, &'static str)> {
-        let entries = match self {
-            Self::Dialect(dialect) => vec![Entry::Dialect(*dialect)],
-            Self::List(list) => list.clone(),
-        };
-        let dialects = entries.into_iter().filter_map(|entry| match entry {
-            Entry::Dialect(dialect) => Some(dialect),
-            _ => None,
-        });
-        let dialects: Vec<Dialect> = dialects.collect();
-        let known = self.messages();
+        let (known, dialects) = (self.messages(), self.dialects());
         let is_of_dialect = |number: u32| {
-            let extra = find(&known, number).map(|message| message.extra);
-            let defined =
-                |dialect: &Dialect| find(dialect.messages(), number).map(|message| message.extra);
-            extra.is_some() && dialects.iter().any(|dialect| defined(dialect) == extra)
+            let extra = |messages| find(messages, number).map(|message| message.extra);
+            let known_extra = extra(&known);
+            known_extra.is_some() && dialects.iter().any(|dialect| extra(dialect) == known_extra)
         };
         let lines = include_str!("message_names.txt").lines();
         let names = lines.filter_map(|line| line.split_once(' '));

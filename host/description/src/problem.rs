@@ -4,12 +4,9 @@ use std::fmt;
 use std::io;
 use std::ops::Range;
 
-use framelock_formats::layout::{self, Contradiction};
 use thiserror::Error;
 
-use crate::kind::LONGEST;
 use crate::text::{nearest, quoted};
-use crate::{MOST_COLUMNS, MOST_KINDS, Part};
 
 /// A mistake in a description, and its position in the text. `Display` writes `name:line:column: mistake`.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
@@ -56,37 +53,46 @@ impl Located {
     }
 }
 
-/// A mistake without a position belongs to the beginning of the text, because something is missing.
-impl From<Mistake> for Located {
-    fn from(mistake: Mistake) -> Self {
-        Self::new(0..0, mistake)
+/// The error of a TOML parser. An unknown key gets a suggestion.
+impl From<toml::de::Error> for Located {
+    fn from(error: toml::de::Error) -> Self {
+        let mut message = error.message().to_owned();
+        // The parser names the unknown key and the known keys only in its message: "unknown field `a`, expected ..".
+        if message.starts_with("unknown field")
+            && let [_, name, _, known @ ..] = &*message.split('`').collect::<Vec<_>>()
+        {
+            let known: Vec<&str> = known.iter().copied().step_by(2).collect();
+            let suggested = format!("`{};", nearest(name, &known));
+            message = message.replacen("`,", &suggested, 1);
+        }
+        Self::new(error.span().unwrap_or(0..0), Mistake::Toml(message))
     }
 }
 
 /// A mistake in a description.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Mistake {
-    /// The text is not TOML, or a value has the wrong type.
+    /// The text is not TOML, a table lacks a key or has an unknown one, or a value has the wrong type.
     #[error("{0}")]
     Toml(String),
-    /// A table has a key that means nothing.
-    #[error("unknown field `{name}`{}; expected one of `{}`", nearest(.name, .known), .known.join("`, `"))]
-    UnknownKey {
-        /// The key.
-        name: String,
-        /// The keys that the table may have.
-        known: Vec<&'static str>,
+    /// An entry breaks a rule, or contradicts another entry.
+    #[error("{0}")]
+    Rule(&'static str),
+    /// A text is not bytes in hex.
+    #[error(transparent)]
+    Hex(#[from] HexError),
+    /// There is no such type, checksum or shipped description.
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
+    /// A number is 0 or too great.
+    #[error("{what} must be from 1 to {most}")]
+    OutOfRange {
+        /// The meaning of the number.
+        what: &'static str,
+        /// The greatest number.
+        most: usize,
     },
-    /// A table lacks a key.
-    #[error("missing field `{0}`")]
-    MissingKey(&'static str),
-    /// The parts of the layout contradict each other.
-    #[error("{}", .0.message)]
-    Contradiction(Contradiction),
-    /// No frame has all parts of the layout. This part cannot be written.
-    #[error("{}", no_frame(*.0))]
-    NoFrame(layout::Part),
-    /// A field has bytes of another part.
+    /// A field has bits of another part.
     #[error("{field} overlaps the {part}")]
     Overlap {
         /// The field's name.
@@ -102,162 +108,14 @@ pub enum Mistake {
         /// The length of the frame.
         length: usize,
     },
-    /// A text is not bytes in hex.
-    #[error(transparent)]
-    Hex(#[from] HexError),
-    /// A key that lists bytes lists none.
-    #[error("no bytes: leave the key out if there are none")]
-    NoBytes,
-    /// A content allows no byte.
-    #[error("no bytes: leave the key out if a frame may contain any")]
-    NoContent,
-    /// The syncs of a kind have different lengths.
-    #[error("all alternatives for the bytes that a frame begins with must have the same length")]
-    DifferentLengths,
-    /// The terminators of a kind have too many lengths.
-    #[error("a frame can have terminators of at most three lengths")]
-    ManyTerminators,
-    /// A word in a content is not a byte or a range.
-    #[error("'{}' is not a byte, or a range such as 20-7E", quoted(.0))]
-    Range(String),
-    /// A number that is needed early is counted from the end.
-    #[error("this is needed before the frame's end is known: count it from the front, 0 or more")]
-    FromEnd,
-    /// A type has an unknown name.
-    #[error(
-        "there is no type \"{}\": u8, u16le, u24le, u32le and u64le have the lowest byte first, u16be and so on the \
-         highest; i8, i16le and so on have a sign; f32le, f32be; for fields bytes and text; for checksums in digits \
-         hex8, hex16, hex24 and hex32", quoted(.0)
-    )]
-    UnknownType(String),
-    /// The number of a length, a message or a checksum has another type.
-    #[error(
-        "this must be an unsigned number of up to four bytes: u8, u16le, u16be, u24le and so on"
-    )]
-    NotUnsigned,
-    /// A checksum has an unknown name.
-    #[error(
-        "there is no checksum \"{}\"; the nearest names are {}. The names are sum, inverted-sum, negated-sum, xor, \
-         fletcher-8, and those of the CRCs of 8 to 32 bits in the catalogue at \
-         https://reveng.sourceforge.io/crc-catalogue; give any other CRC by width, polynomial, initial, reflected and \
-         xor", quoted(.name), .nearest.join(", ")
-    )]
-    UnknownChecksum {
+    /// Two things have the same name.
+    #[error("two {things} called {name}")]
+    SameName {
+        /// The things, and their verb.
+        things: &'static str,
         /// The name.
         name: String,
-        /// The nearest names.
-        nearest: Vec<String>,
     },
-    /// A checksum has neither a name nor parameters, or both.
-    #[error("give a name, or a CRC's width and polynomial; then initial, reflected and xor")]
-    Algorithm,
-    /// A kind has a fixed length and a length field.
-    #[error(
-        "length is for frames of the same length, length_field for frames that contain their length: leave one out"
-    )]
-    TwoLengths,
-    /// Neither a length nor a terminator ends a frame.
-    #[error("nothing ends a frame: give length, length_field or terminator")]
-    NoEnd,
-    /// Frames of fixed length have bounds.
-    #[error("every frame has this length: leave shortest and longest out")]
-    NeedlessBounds,
-    /// The greatest length is missing.
-    #[error(
-        "give longest, the number of bytes in the longest frame: as few as possible, because after a false start a \
-         frame may be delayed by that many bytes"
-    )]
-    NoLongest,
-    /// The shortest frame has no room for its parts.
-    #[error(
-        "frames of {shortest} bytes are too short: the header and the parts that are counted from the end have {least}"
-    )]
-    TooShort {
-        /// The length of the shortest frame.
-        shortest: usize,
-        /// The number of bytes in its parts.
-        least: usize,
-    },
-    /// The longest frame is too long.
-    #[error("longest: a frame can have at most {LONGEST} bytes")]
-    TooLong,
-    /// A field that cannot have a list of values has one.
-    #[error(
-        "only one field can have a list of values, and only without messages: an unsigned number without mask and \
-         count, counted from the front"
-    )]
-    ValueList,
-    /// The values of a list do not fit the field.
-    #[error("these values do not fit the field")]
-    UnfitValues,
-    /// A value does not fit the field.
-    #[error("this value does not fit the field, or the field is an array")]
-    UnfitValue,
-    /// A name is no name of a column.
-    #[error("a name must have only letters, digits and _, and begin with a letter")]
-    ColumnName,
-    /// A name is the name of another column.
-    #[error("{} are the names of other columns: choose another name", .0.join(", "))]
-    ReservedName(&'static [&'static str]),
-    /// A field has no type, or two.
-    #[error("a field must have either a type, or bits from 1 to 64")]
-    FieldType,
-    /// The number of values is impossible.
-    #[error("a count must be from 1 to {LONGEST}")]
-    Count,
-    /// A field cannot have this mask.
-    #[error("only a whole number can have a mask, and the mask must have some of its bits")]
-    Mask,
-    /// A field cannot have a scale.
-    #[error("only a whole number can have a scale and an offset")]
-    Scale,
-    /// A scale is 0.
-    #[error("a scale must not be 0")]
-    ZeroScale,
-    /// A unit is not a word.
-    #[error("a unit must be a word, such as deg or m/s")]
-    Unit,
-    /// A field cannot have an item.
-    #[error("only text can have an item")]
-    Item,
-    /// A field that takes the rest is counted from the end.
-    #[error(
-        "a field that takes the rest of the frame must be counted from the front: change at, or give a count"
-    )]
-    RestFromEnd,
-    /// A field that takes the rest gets nothing.
-    #[error("no bytes of the frame are left for this field")]
-    NoRest,
-    /// There are too many kinds.
-    #[error("{0} kinds of frames: at most {MOST_KINDS} are allowed")]
-    ManyKinds(usize),
-    /// There are too many values.
-    #[error("a row has more than {MOST_COLUMNS} values")]
-    ManyColumns,
-    /// A kind has no name, or an impossible one.
-    #[error("a kind must have a name of letters, digits, - and _")]
-    KindName,
-    /// A kind contains kinds.
-    #[error("a kind cannot contain kinds or any_of")]
-    NestedKinds,
-    /// A description has a name.
-    #[error("only a kind in [[kinds]] has a name: leave the name out")]
-    NeedlessName,
-    /// A list of descriptions is part of another description.
-    #[error("any_of names complete descriptions: move the other keys into [[kinds]]")]
-    AnyOf,
-    /// There is no such shipped description.
-    #[error(transparent)]
-    UnknownDescription(#[from] UnknownName),
-    /// Two kinds have the same name.
-    #[error("two kinds are called {0}")]
-    SameKindName(String),
-    /// Two values have the same name.
-    #[error("two values are called {0}")]
-    SameName(String),
-    /// Two kinds have different values with the same name.
-    #[error("two kinds have different values called {0}")]
-    DifferentValues(String),
     /// A kind is never found.
     #[error(
         "kind {kind} never occurs: each of its frames is also one of kind {earlier}, which is tried first"
@@ -270,25 +128,22 @@ pub enum Mistake {
     },
 }
 
-fn no_frame(part: layout::Part) -> &'static str {
-    match part {
-        layout::Part::Sync => {
-            "sync: no frame can be made, because other parts determine these bytes"
-        }
-        layout::Part::Messages => {
-            "messages: no frame can be made, because other parts determine the number"
-        }
-        layout::Part::Fixed(_) => {
-            "fixed: no frame can be made, because other parts exclude this value"
-        }
-        layout::Part::Terminator => {
-            "terminator: no frame can be made, because other parts exclude this end, or contain it"
-        }
-        _ => {
-            "length: no frame can be made, because no length in its header is in the limits and agrees with the fixed \
-             values"
-        }
+impl From<&'static str> for Mistake {
+    fn from(rule: &'static str) -> Self {
+        Self::Rule(rule)
     }
+}
+
+/// Returns a mistake at this position if the condition holds.
+pub(crate) fn reject_if(
+    is_wrong: bool,
+    span: Range<usize>,
+    mistake: impl Into<Mistake>,
+) -> Result<(), Located> {
+    if is_wrong {
+        return Err(Located::new(span, mistake));
+    }
+    Ok(())
 }
 
 /// A text that is not bytes in hex.
@@ -312,6 +167,9 @@ pub enum HexReason {
     /// The word has an odd number of digits, or none.
     #[error("is not a whole number of bytes: two digits make a byte")]
     Odd,
+    /// The word is not one byte, or a range of bytes.
+    #[error("is not a byte, or a range such as 20-7E")]
+    Range,
 }
 
 /// An unknown name. `Display` suggests the nearest known name, and lists the first known names.
@@ -391,14 +249,6 @@ pub enum EncodeError {
     /// Another part of the frame determines the bytes of this field.
     #[error("{0} cannot have this value: the description gives its bytes another value")]
     Determined(String),
-    /// The messages of a kind do not contain this number.
-    #[error("{field} {value}: there is no such message: the description lists the messages")]
-    UnknownMessage {
-        /// The field with the number.
-        field: String,
-        /// The number.
-        value: String,
-    },
     /// No frame has these values.
     #[error(
         "there is no frame of {length} bytes with these values: the description allows frames of {shortest} to \
@@ -417,9 +267,9 @@ pub enum EncodeError {
 /// The reason why a value does not fit its field.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Misfit {
-    /// The value is not a number.
-    #[error("is not a number")]
-    NotNumber,
+    /// The value has another type than this one.
+    #[error("is not {0}")]
+    Not(&'static str),
     /// The value is not a number in the field's range.
     #[error("is not a {}number from {least} to {most}", if *.is_whole { "whole " } else { "" })]
     NotBetween {
@@ -433,12 +283,9 @@ pub enum Misfit {
     /// The value has bits outside the mask.
     #[error("has other bits than the mask {0:#X}")]
     OutsideMask(u64),
-    /// The value is not a text.
-    #[error("is not text")]
-    NotText,
-    /// The value is not a text with bytes in hex.
-    #[error("is not bytes in hex, as text")]
-    NotBytes,
+    /// The value is the number of a message that is not listed.
+    #[error("is no message: the description lists the messages")]
+    NoMessage,
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),
@@ -450,14 +297,4 @@ pub enum Misfit {
         /// The number of bytes in the field.
         wanted: usize,
     },
-}
-
-impl fmt::Display for Part<'_> {
-    /// Writes the part's name: `sync` for example, or the column of a value.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Value(field, number) => f.write_str(&field.column(*number)),
-            other => f.write_str(other.name()),
-        }
-    }
 }

@@ -66,18 +66,9 @@ fn escape_each(bytes: &[u8], into: &mut Vec<u8>) {
 
 /// Appends two digits in hex for each byte.
 pub(crate) fn append_hex(bytes: &[u8], into: &mut Vec<u8>) {
-    let digit = |four: u8| {
-        if four < 10 {
-            b'0' + four
-        } else {
-            b'A' - 10 + four
-        }
-    };
-    into.extend(
-        bytes
-            .iter()
-            .flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]),
-    );
+    let digits =
+        |byte: &u8| [byte >> 4, byte & 15].map(|four| b"0123456789ABCDEF"[usize::from(four)]);
+    into.extend(bytes.iter().flat_map(digits));
 }
 
 /// Returns the bytes of an escaped text. A backslash that begins no escape is kept.

@@ -1,21 +1,21 @@
 //! Generates source code from a [`Description`]: the layout, a struct for the fields of each kind, and functions that
 //! decode and encode frames.
 //!
-//! Each language has a template, which contains the text of the generated program. `rust` and `c` compute the values that
-//! the templates insert.
+//! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each language
+//! has a template, which walks this plan and contains the text of the program. `c` computes what only C needs.
 #![forbid(unsafe_code)]
 #![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
+mod layout;
 mod names;
 mod render;
-mod rust;
 
 use std::collections::HashSet;
 
 use framelock::Format as _;
 use framelock_description::{Class, Description, Field, Kind, Type};
-use framelock_formats::layout::{ByteOrder, CheckedLayout, Length};
+use framelock_formats::layout::{CheckedLayout, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
 
@@ -26,17 +26,8 @@ use names::{Language, free, module, one_line};
 /// module's name, and `command` is the command that generates it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    let mut program = Program::new(description, name, command, &names::RUST);
-    for kind in &mut program.kinds {
-        kind.code = rust::value(kind);
-    }
-    let layouts = program
-        .kinds
-        .iter()
-        .map(|kind| format!("{}::LAYOUT", kind.name));
-    let layouts = rust::list(&layouts.collect::<Vec<_>>());
-    let program = context! { layouts, ..Value::from_serialize(&program) };
-    render::source(program, name, render::MODULE)
+    let program = Program::new(description, name, command, &names::RUST);
+    render::source(&Value::from_serialize(&program), render::MODULE)
 }
 
 /// Returns a self-contained C header that receives and encodes the frames of a description. It is valid C99 and C++17.
@@ -44,24 +35,22 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<CheckedLayout> = program
+    let layouts: Vec<CheckedLayout> = description
         .kinds
         .iter()
-        .map(|kind| kind.checked_layout)
+        .map(|kind| *kind.layout())
         .collect();
-    for kind in &mut program.kinds {
-        kind.layout = c::value(&kind.checked_layout, table);
-        for item in &mut kind.items {
-            item.in_c = c::access(item);
-        }
+    for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
+        kind.in_c = c::value(layout, table);
     }
-    let program = context! { ..Value::from_serialize(&program), ..c::program(&layouts) };
-    render::source(program, name, render::HEADER)
+    let program =
+        context! { ..Value::from_serialize(&program), ..c::program(&layouts, program.longest) };
+    render::source(&program, render::HEADER)
 }
 
 /// The values from which a program is made.
 #[derive(Serialize)]
-struct Program<'d> {
+struct Program {
     /// The name of the module, or the prefix of a header's names.
     name: String,
     command: String,
@@ -70,25 +59,20 @@ struct Program<'d> {
     /// The number of bytes in the longest frame.
     longest: usize,
     has_kinds: bool,
-    kinds: Vec<KindItem<'d>>,
+    kinds: Vec<KindItem>,
 }
 
 /// A kind of frames.
 #[derive(Serialize)]
-struct KindItem<'d> {
+struct KindItem {
     /// The kind's name in the description.
     described_name: String,
     /// The kind's name in the program. In Rust it is the name of the kind's type. In C it is a part of the names of the
     /// kind's type and functions.
     name: String,
-    #[serde(skip)]
-    checked_layout: CheckedLayout<'d>,
-    /// The layout as the template of headers needs it.
     layout: Value,
-    /// The code that the template of modules inserts.
-    code: Value,
-    /// The number of bytes in the longest frame.
-    longest: usize,
+    /// Values that only the template of C headers needs.
+    in_c: Value,
     /// The fields whose values differ between frames.
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
@@ -140,12 +124,14 @@ struct Item {
     count: Option<usize>,
     /// The smallest Rust type that holds the number.
     number: String,
+    /// The number of bits in this type.
+    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
     /// The number of bytes in a number.
     bytes: usize,
-    /// The order of the number's bytes: `le` or `be`.
-    order: &'static str,
+    /// The encoding of a number: `le`, `be`, or `bits` for a bit field.
+    encoding: &'static str,
     /// The index of a bit field's first bit, counted from the lowest bit of the byte at `at`.
     first: Option<usize>,
     /// The number of bits in the value.
@@ -153,12 +139,10 @@ struct Item {
     mask: Option<u64>,
     /// The index of the mask's lowest bit.
     shift: u32,
-    #[serde(flatten)]
-    in_c: c::Access,
 }
 
-impl<'d> Program<'d> {
-    fn new(description: &'d Description, name: &str, command: &str, language: &Language) -> Self {
+impl Program {
+    fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
         let has_kinds = description.kinds.len() > 1;
         let mut reserved = language.reserved();
         let kinds = description.kinds.iter().map(|kind| {
@@ -180,41 +164,34 @@ impl<'d> Program<'d> {
     }
 }
 
-impl<'d> KindItem<'d> {
-    fn new(kind: &'d Kind, name: String, language: &Language) -> Self {
+impl KindItem {
+    fn new(kind: &Kind, name: String, language: &Language) -> Self {
         let is_fixed = kind.layout().length == Length::Fixed;
+        // A sender may leave out the end of these fields.
         let is_cut = |field: &Field| {
             let is_alone = !field.is_appended && field.length().is_some();
             kind.has_truncated_zeros && is_alone && kind.shortest_with(field).is_some()
         };
-        let start = if is_fixed {
-            kind.layout().longest
-        } else {
-            let fields = kind.fields.iter();
-            let always =
-                fields.filter(|field| kind.shortest_with(field).is_none() || is_cut(field));
-            let least = kind.least_length(always.filter_map(|field| field.end(0)));
-            least.max(kind.layout().shortest)
-        };
+        let is_always_there = |field: &&Field| kind.shortest_with(field).is_none() || is_cut(field);
+        let always = kind.fields.iter().filter(is_always_there);
+        let least = kind.least_length(always.filter_map(|field| field.end(0)));
+        let start = least.max(kind.layout().shortest);
         let mut used = language.keywords();
         let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
-            let item = Item::new(kind, field, &mut used);
             Item {
-                least: least.filter(may_be_longer).filter(|_| !is_fixed),
-                needs: item.needs.filter(|_| !is_cut(field)),
-                ..item
+                least: least.filter(|least| !is_fixed && may_be_longer(least)),
+                needs: kind.shortest_with(field).filter(|_| !is_cut(field)),
+                ..Item::new(field, &mut used)
             }
         });
         let items: Vec<Item> = items.collect();
         Self {
             described_name: kind.name.clone(),
             name,
-            checked_layout: *kind.layout(),
-            layout: Value::UNDEFINED,
-            code: Value::UNDEFINED,
-            longest: kind.layout().longest,
+            layout: layout::value(kind.layout()),
+            in_c: Value::UNDEFINED,
             borrows: items.iter().any(|item| item.is_rest),
             items,
             start,
@@ -223,20 +200,18 @@ impl<'d> KindItem<'d> {
                 first: kind.first_zero(),
                 margin: kind.from_end,
                 are_left_out: kind.multiple().is_none()
-                    && kind.fields.iter().all(|it| it.length().is_some()),
+                    && kind.fields.iter().all(|field| field.length().is_some()),
             }),
         }
     }
 }
 
 impl Item {
-    fn new(kind: &Kind, field: &Field, used: &mut HashSet<String>) -> Self {
-        let (bytes, order, first) = match field.kind {
-            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
-                (number.bytes, "be", None)
-            }
-            Type::Number(number) => (number.bytes, "le", None),
-            Type::Bits { first, .. } => (0, "", Some(first)),
+    fn new(field: &Field, used: &mut HashSet<String>) -> Self {
+        let (bytes, encoding, first) = match field.kind {
+            Type::Number(number) if number.bytes == 1 => (1, "le", None),
+            Type::Number(number) => (number.bytes, layout::order(number.order), None),
+            Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
         let class = match field.class() {
@@ -248,7 +223,7 @@ impl Item {
         let type_width = width.next_power_of_two().max(8);
         Self {
             name: free(&names::words(&field.name).join("_"), used),
-            needs: kind.shortest_with(field),
+            needs: None,
             least: None,
             at: field.at,
             margin: field.margin,
@@ -259,21 +234,21 @@ impl Item {
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
+            type_width,
             is_narrow_signed: field.class() == Class::Signed && width < type_width,
             bytes,
-            order,
+            encoding,
             first,
             width,
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
-            in_c: c::Access::default(),
         }
     }
 }
 
 /// Returns the position and the meaning of a field, for a comment.
 fn meaning(field: &Field) -> String {
-    let place = match field.kind {
+    let mut meaning = match field.kind {
         _ if field.is_appended => "After the frame".to_owned(),
         Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
         Type::Bits { first, width } => format!("At {}, bit {first}: {width} bits", field.at),
@@ -281,16 +256,14 @@ fn meaning(field: &Field) -> String {
         Type::Bytes => format!("At {}: bytes", field.at),
         Type::Text => format!("At {}: text", field.at),
     };
-    let mask = field
-        .mask
-        .map_or(String::new(), |mask| format!(", mask {mask:#X}"));
-    let scale = field
-        .scale
-        .as_ref()
-        .map_or(String::new(), |scale| format!("; times {scale}"));
-    let unit = field
-        .unit
-        .as_ref()
-        .map_or(String::new(), |unit| format!("; in `{}`", one_line(unit)));
-    format!("{place}{mask}{scale}{unit}.")
+    if let Some(mask) = field.mask {
+        meaning += &format!(", mask {mask:#X}");
+    }
+    if let Some(scale) = &field.scale {
+        meaning += &format!("; times {scale}");
+    }
+    if let Some(unit) = &field.unit {
+        meaning += &format!("; in `{}`", one_line(unit));
+    }
+    meaning + "."
 }

@@ -1,18 +1,26 @@
 //! Renders the templates of Rust modules and C headers.
 
-use minijinja::{Environment, UndefinedBehavior, Value};
+use minijinja::{Environment, Error, UndefinedBehavior, Value};
 
-use crate::names::module;
+use crate::c;
 
-/// The template of a program, and the helper functions that the program may call.
+/// The template of a program, which begins with its macros, and the template of the helper functions that the program
+/// may call.
 pub(crate) type Template = (&'static str, &'static str);
 
 pub(crate) const HEADER: Template = (
-    include_str!("../templates/header.h.j2"),
-    include_str!("../templates/helpers.h"),
+    concat!(
+        include_str!("../templates/classify.h.j2"),
+        include_str!("../templates/message.h.j2"),
+        include_str!("../templates/header.h.j2")
+    ),
+    include_str!("../templates/helpers.h.j2"),
 );
 pub(crate) const MODULE: Template = (
-    include_str!("../templates/module.rs.j2"),
+    concat!(
+        include_str!("../templates/layout.rs.j2"),
+        include_str!("../templates/module.rs.j2")
+    ),
     include_str!("../templates/helpers.rs"),
 );
 
@@ -33,31 +41,51 @@ fn template_of(part: &str) -> String {
         .replace("ANY_", "{{ upper }}_")
 }
 
-/// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls, and `PREFIX` by the
-/// name of the program.
-pub(crate) fn source(program: Value, name: &str, (template, helpers): Template) -> String {
+/// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls.
+pub(crate) fn source(program: &Value, template: Template) -> String {
+    try_source(program, template).unwrap_or_else(|error| unreachable!("in a template: {error:#}"))
+}
+
+fn try_source(program: &Value, (template, helpers): Template) -> Result<String, Error> {
     let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
     environment.set_keep_trailing_newline(true);
-    let mut engine = engine.iter();
-    let rendered = engine
-        .try_for_each(|(name, part)| environment.add_template(name, part))
-        .and_then(|()| environment.render_str(template, program));
-    let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
-    let name = module(name);
-    let code = code.trim_start().replace("PREFIX", &name);
+    environment.add_filter("hex", hex);
+    environment.add_filter("rows", c::rows);
+    environment.add_filter("smallest_type", c::smallest_type);
+    environment.add_filter("rust_slice", rust_slice);
+    for (name, part) in &engine {
+        environment.add_template(name, part)?;
+    }
+    let code = environment.render_str(template, program)?;
+    let helpers = environment.render_str(&template_of(helpers), program)? + "\n";
     let (types, functions) = code
         .split_once("HELPERS\n")
         .expect("the template has this line");
-    let helpers = helpers.replace("PREFIX", &name) + "\n";
     // Helpers may call other helpers.
     let direct = called(&code, &helpers);
     let helpers = called(&(direct + &code), &helpers);
-    let source = format!("{types}{helpers}{}", functions.trim_start());
-    source.trim_end().to_owned() + "\n"
+    let source = format!("{}{helpers}{}", types.trim_start(), functions.trim_start());
+    Ok(source.trim_end().to_owned() + "\n")
+}
+
+/// Returns a number in hexadecimal, with at least two digits or `digits`.
+fn hex(number: u64, digits: Option<usize>) -> String {
+    let width = 2 + digits.unwrap_or(2);
+    format!("{number:#0width$X}")
+}
+
+/// Returns a reference to a list in the style of rustfmt: in one line if it is short.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
+fn rust_slice(each: Vec<String>) -> String {
+    let line = each.join(", ");
+    if each.len() == 1 || line.len() <= 60 && !line.contains('\n') {
+        return format!("&[{line}]");
+    }
+    format!("&[\n    {},\n]", each.join(",\n").replace('\n', "\n    "))
 }
 
 /// Returns the functions that the code calls. In `functions`, a blank line follows each function.

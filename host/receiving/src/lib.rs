@@ -4,7 +4,6 @@
 //! ```text
 //!  name or description ─► Protocol ─┐
 //!                          Policy ──┴─► AnyLine ─► TrackedLine ─► outcome of each byte
-//!                                                  DeliveryCheck ─► was a whole frame delivered?
 //! ```
 //!
 //! # Examples
@@ -25,13 +24,11 @@
 #![forbid(unsafe_code)]
 
 mod any_line;
-mod delivery_check;
 mod protocol;
 mod standstill;
 mod tracked_line;
 
 pub use any_line::{AnyLine, LineError, Policy};
-pub use delivery_check::DeliveryCheck;
 pub use protocol::{Protocol, ProtocolError};
 pub use standstill::Standstill;
 pub use tracked_line::{Piece, TrackedLine};

@@ -18,8 +18,6 @@ pub struct Piece {
 /// A line that keeps its pending bytes.
 #[derive(Clone, Debug)]
 pub struct TrackedLine {
-    /// A copy of the line before it received any byte.
-    fresh: AnyLine,
     line: AnyLine,
     pending: Vec<u8>,
     decided: usize,
@@ -30,7 +28,6 @@ impl TrackedLine {
     #[must_use]
     pub fn new(line: AnyLine) -> Self {
         Self {
-            fresh: line.clone(),
             line,
             pending: Vec::new(),
             decided: 0,
@@ -88,12 +85,6 @@ impl TrackedLine {
         self.line.counters()
     }
 
-    /// Sets the counters to zero, then counts the pending bytes as received.
-    pub fn reset_counters(&mut self) {
-        self.line = self.fresh.clone();
-        self.line.feed(&self.pending, |_| ());
-    }
-
     /// Returns the line.
     #[must_use]
     pub const fn line(&self) -> &AnyLine {
@@ -132,8 +123,7 @@ mod tests {
         stream
     }
 
-    /// Compares the outcome of every byte with the reference. The counters are set to zero at a random byte. A line
-    /// event ends the stream.
+    /// Compares the outcome of every byte with the reference. A line event ends the stream.
     fn agrees<F: reference::NaiveFormat>(name: &str, policy: Policy) {
         let protocol = Protocol::named(name).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -144,19 +134,13 @@ mod tests {
             let pending = reference::whole_buffer::<F>(&stream, |found| expected.push(found));
 
             let mut line = TrackedLine::new(AnyLine::new(&protocol, policy).unwrap());
-            let reset_at = random.random_range(0..60);
-            let (mut pieces, mut counted) = (Vec::new(), 0_u32);
-            for (place, &byte) in stream.iter().enumerate() {
-                if place == reset_at {
-                    line.reset_counters();
-                    counted = u32::try_from(line.pending().len()).unwrap();
-                }
+            let mut pieces = Vec::new();
+            for &byte in &stream {
                 pieces.extend(line.push(byte));
-                counted += 1;
             }
             assert_eq!(line.pending(), &stream[stream.len() - pending..]);
             assert_eq!(line.decided(), stream.len() - pending);
-            assert_eq!(line.counters().bytes, counted, "{stream:?}");
+            assert_eq!(line.counters().bytes as usize, stream.len());
 
             let (mut decided, mut outcomes) = (0, Vec::new());
             for piece in &pieces {

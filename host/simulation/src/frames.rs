@@ -6,14 +6,14 @@ use std::str::FromStr;
 
 use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
-use framelock_description::{Description, Kind, Type};
+use framelock_description::{Description, Kind, Type, hex};
+use framelock_oracles::{Purpose, Seed};
 use framelock_receiving::Protocol;
 use rand::seq::IndexedRandom as _;
 use rand::{Rng, RngCore, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 use crate::motion::SmoothMotion;
-use crate::random::{Purpose, Seed};
 
 /// The contents of the four bytes between sync and terminator: reserved, pitch, roll, yaw.
 ///
@@ -38,19 +38,21 @@ impl FromStr for Payload {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let (kind, range) = text.split_once(':').unwrap_or((text, "00-FF"));
-        let bytes = || {
-            let (from, to) = range.split_once('-')?;
-            let ([from], [to]) = (hexadecimal(from)?, hexadecimal(to)?);
-            (from <= to).then_some((from, to))
-        };
-        let payload = match kind {
-            "random" => bytes().map(|(from, to)| Self::Random(from, to)),
-            _ => match text {
-                "motion" => Some(Self::Motion),
-                "ambiguous" => Some(Self::Ambiguous),
-                "noise" => Some(Self::Noise),
-                _ => hexadecimal(text).map(Self::Constant),
+        let bytes = |text: &str| hex::parse(&[text]).ok();
+        let payload = match text {
+            "motion" => Some(Self::Motion),
+            "ambiguous" => Some(Self::Ambiguous),
+            "noise" => Some(Self::Noise),
+            "random" => Some(Self::Random(0x00, 0xFF)),
+            _ => match text
+                .strip_prefix("random:")
+                .and_then(|it| it.split_once('-'))
+            {
+                Some((from, to)) => match (bytes(from).as_deref(), bytes(to).as_deref()) {
+                    (Some(&[from]), Some(&[to])) if from <= to => Some(Self::Random(from, to)),
+                    _ => None,
+                },
+                None => bytes(text).and_then(|bytes| bytes.try_into().ok().map(Self::Constant)),
             },
         };
         payload.context(
@@ -60,23 +62,13 @@ impl FromStr for Payload {
     }
 }
 
-/// Parses exactly `COUNT` bytes of two digits each.
-fn hexadecimal<const COUNT: usize>(text: &str) -> Option<[u8; COUNT]> {
-    // Reject a sign, which the standard library would accept.
-    if text.len() != 2 * COUNT || text.starts_with('+') {
-        return None;
-    }
-    let number = u32::from_str_radix(text, 16).ok()?;
-    number.to_be_bytes().last_chunk().copied()
-}
-
 impl fmt::Display for Payload {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Motion => f.write_str("motion"),
             Self::Random(0x00, 0xFF) => f.write_str("random"),
             Self::Random(from, to) => write!(f, "random:{from:02X}-{to:02X}"),
-            Self::Constant(bytes) => bytes.iter().try_for_each(|byte| write!(f, "{byte:02X}")),
+            Self::Constant(bytes) => f.write_str(&hex::glued(&bytes)),
             Self::Ambiguous => f.write_str("ambiguous"),
             Self::Noise => f.write_str("noise"),
         }
@@ -84,7 +76,7 @@ impl fmt::Display for Payload {
 }
 
 /// One transmission: the bytes of a frame, or noise in place of a frame.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Transmission {
     /// The bytes sent.
     pub bytes: Vec<u8>,

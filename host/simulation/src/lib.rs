@@ -37,26 +37,19 @@
     reason = "an index out of range is a bug of this program"
 )]
 
-mod byte_faults;
 mod frames;
 mod line;
 mod motion;
 mod parameters;
-mod random;
-mod sent_frame;
 mod station;
-mod tally;
 mod trial;
 mod uart;
 
-pub use byte_faults::{ByteFaults, FaultRates};
+pub use framelock_oracles::Seed;
 pub use framelock_receiving::{Policy, Protocol};
 pub use frames::{Payload, Transmission, examples, transmissions};
 pub use line::{check_rate, time_on_line};
 pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
 pub use parameters::Parameters;
-pub use random::Seed;
-pub use sent_frame::Origin;
 pub use station::{Fate, Outcome, ReceiverTally, Station, StationKind};
-pub use tally::{LineTally, Tally};
-pub use trial::{Event, Trial, run, run_all};
+pub use trial::{Event, LineTally, Origin, Tally, Trial, run, run_all};

@@ -7,11 +7,11 @@
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
+use framelock_oracles::{Occurrences, Purpose, Seed, whole};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::parameters::Parameters;
-use crate::random::{Occurrences, Purpose, Seed, whole};
 use crate::uart::{BIT, BITS_PER_BYTE, Uart};
 
 /// The line, with the noise on it and the receiving UART at its end.

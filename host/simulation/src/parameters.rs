@@ -22,6 +22,8 @@ pub struct Parameters {
     pub rate: f64,
     /// The share of bytes that are lost without a report.
     pub lose: f64,
+    /// The share of bytes of which one bit is inverted after the UART, without a report.
+    pub flip: f64,
     /// The share of bits that are inverted.
     pub bit_flip: f64,
     /// How much faster the sender's clock is than the receiver's, in per cent; from -50 to 50.
@@ -47,6 +49,7 @@ impl Parameters {
         baud: 115_200,
         rate: 50.0,
         lose: 0.0,
+        flip: 0.0,
         bit_flip: 0.0,
         baud_error: 0.0,
         burst_rate: 0.0,

@@ -4,10 +4,9 @@
 use anyhow::{Error, Result};
 use framelock::LineEvent;
 use framelock::motion::{Failsafe, Output, Phase, Setpoint};
-use framelock_receiving::{AnyLine, DeliveryCheck, Policy, Protocol};
+use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::parameters::Parameters;
-use crate::sent_frame::SentFrame;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
 /// A kind of station: the policy of its receiver, and whether it has an idle-gap rule.
@@ -96,10 +95,6 @@ pub struct ReceiverTally {
 pub struct Station {
     protocol: Protocol,
     receiver: AnyLine,
-    /// The number of bytes received.
-    received: usize,
-    /// The sent frames of which every byte arrived, each with its number and its setpoint.
-    check: DeliveryCheck<(u64, Option<Setpoint>)>,
     /// Whether the receiver has delivered something wrong since the last frame.
     is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
@@ -131,8 +126,6 @@ impl Station {
         Ok(Self {
             protocol: protocol.clone(),
             receiver: receiver.map_err(Error::msg)?,
-            received: 0,
-            check: DeliveryCheck::default(),
             is_wrong: false,
             failsafe: Failsafe::new(parameters.failsafe, 0)?,
             is_following: false,
@@ -149,23 +142,19 @@ impl Station {
         })
     }
 
-    /// Processes a byte. `ended` is the frame that the byte completes, if every byte of that frame
-    /// arrived.
-    pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&SentFrame>) -> Outcome {
+    /// Processes a byte. If the byte completes a frame, and every byte of that frame arrived, `ended` is the frame's
+    /// number and setpoint.
+    pub(crate) fn push(
+        &mut self,
+        at: u64,
+        byte: u8,
+        ended: Option<(u64, Option<Setpoint>)>,
+    ) -> Outcome {
         // The receiver learns of a gap only when the next byte arrives.
         if at > self.idle_from {
             self.line_event(LineEvent::Idle);
         }
         self.idle_from = at.saturating_add(self.idle_limit);
-        self.received += 1;
-        let arrived = self.received.saturating_sub(self.protocol.longest())..self.received;
-        if let Some(sent) = ended {
-            let frame = (sent.number, sent.transmission.setpoint);
-            self.check.arrived(arrived.clone(), frame);
-        }
-        // All frames have the same length, so the receiver has already decided about all earlier
-        // bytes.
-        while self.check.missed(arrived.start).is_some() {}
         let mut committed = None;
         self.receiver.feed(&[byte], |found| {
             committed = found
@@ -180,7 +169,8 @@ impl Station {
         self.committed = at;
         self.failsafe.frame(setpoint);
         self.poll(at);
-        match self.check.delivered(&arrived) {
+        // The receiver delivers a frame with its last byte, because all frames have the same length.
+        match ended {
             Some((number, sent)) if sent == Some(setpoint) => {
                 self.delivered = Some(number);
                 return Outcome::Delivered;
@@ -190,19 +180,6 @@ impl Station {
         }
         self.is_wrong = true;
         Outcome::Wrong
-    }
-
-    /// Returns the outcome of a frame whose last byte arrived or was lost.
-    pub(crate) fn fate(&mut self, frame: &SentFrame) -> Fate {
-        if std::mem::take(&mut self.is_wrong) {
-            Fate::Wrong
-        } else if self.delivered == Some(frame.number) {
-            Fate::Delivered
-        } else if frame.is_intact {
-            Fate::Missed
-        } else {
-            Fate::Broken
-        }
     }
 
     /// Reports a line event to the receiver.
@@ -241,15 +218,19 @@ impl Station {
         self.tally.longest_silence.max(silence)
     }
 
-    /// Records the outcome of a frame. Call this when no more bytes of the frame can come. Call it for frames in the
-    /// order in which they were sent, and for each frame before the next frame ends.
-    pub(crate) fn settle(&mut self, frame: &SentFrame) {
-        if self.delivered == Some(frame.number) {
-            self.tally.delivered += 1;
-            self.is_deaf = false;
-        } else if frame.is_intact {
-            self.tally.lost_intact += 1;
-            self.is_deaf = true;
+    /// Records and returns the outcome of a frame. Call this when no more bytes of the frame can come. Call it for
+    /// frames in the order in which they were sent, and for each frame before the next frame ends.
+    pub(crate) fn settle(&mut self, number: u64, is_intact: bool) -> Fate {
+        let is_delivered = self.delivered == Some(number);
+        let is_missed = is_intact && !is_delivered;
+        self.tally.delivered += u64::from(is_delivered);
+        self.tally.lost_intact += u64::from(is_missed);
+        self.is_deaf = is_missed || self.is_deaf && !is_delivered;
+        match std::mem::take(&mut self.is_wrong) {
+            true => Fate::Wrong,
+            false if is_delivered => Fate::Delivered,
+            false if is_missed => Fate::Missed,
+            false => Fate::Broken,
         }
     }
 

@@ -28,6 +28,7 @@ mod run;
 mod scenario;
 mod view;
 
+use anyhow::Error;
 use framelock_receiving::{AnyLine, Policy};
 
 pub use run::Run;
@@ -45,8 +46,9 @@ pub fn presets() -> String {
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn frames() -> String {
     let frames = framelock_description::SHIPPED.iter().map(|(name, text)| {
-        let about = text.trim_start_matches("# ").split([':', '.', '\n']).next();
-        (*name, about.unwrap_or_default())
+        let about = text.trim_start_matches("# ");
+        let end = about.find([':', '.', '\n']).unwrap_or(about.len());
+        (*name, &about[..end])
     });
     let own = (scenario::OWN, "a frame of your own");
     serde_json::json!(frames.chain([own]).collect::<Vec<_>>()).to_string()
@@ -58,8 +60,11 @@ pub fn frames() -> String {
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn problem(description: &str) -> String {
     let protocol = scenario::described(scenario::OWN, description);
-    let line = protocol.and_then(|protocol| {
-        AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())
-    });
-    line.err().unwrap_or_default()
+    let line = protocol.and_then(|protocol| Ok(AnyLine::new(&protocol, Policy::Framelock)?));
+    line.err().map_or(String::new(), |error| said(&error))
+}
+
+/// Returns the text of an error and of its causes, for the page.
+fn said(error: &Error) -> String {
+    format!("{error:#}")
 }

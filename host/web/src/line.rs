@@ -1,7 +1,7 @@
 //! The line: each byte sent, and the byte that arrives.
 
 use framelock::{Found, LineEvent};
-use framelock_receiving::{AnyLine, Policy, Protocol};
+use framelock_receiving::{AnyLine, LineError, Policy, Protocol};
 use framelock_simulation::{Seed, examples, transmissions};
 
 use crate::scenario::{Action, Scenario};
@@ -15,37 +15,39 @@ const PAUSE: u64 = 5 * BYTE;
 const SLOTS_PER_LEG: u64 = 20;
 
 /// A byte on the line.
+#[derive(Default)]
 pub(crate) struct Cell {
     /// The byte sent, or `None` if nobody sent it.
     pub(crate) sent: Option<u8>,
     /// The byte that arrives, or `None` if the byte is lost.
     pub(crate) received: Option<u8>,
+    /// True if a sent frame begins with this byte.
+    pub(crate) begins: bool,
     /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
-    pub(crate) ends: u32,
+    pub(crate) ends: usize,
     /// The time at which the byte ends, in milliseconds.
     pub(crate) at: u32,
 }
 
 impl Cell {
-    fn new(sent: Option<u8>, received: u8, at: u32) -> Self {
-        let (received, ends) = (Some(received), 0);
-        Self {
-            sent,
-            received,
-            ends,
-            at,
+    /// Returns what the line does to the byte. The page shows this text.
+    pub(crate) fn kind(&self) -> &'static str {
+        match (self.sent, self.received) {
+            (_, None) => "lost",
+            (None, _) => "inserted",
+            (sent, received) if sent == received => "as sent",
+            _ => "altered",
         }
     }
 }
 
 /// Returns the line of a scenario.
-pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>, String> {
-    let bytes = if scenario.own.is_empty() {
-        frames(scenario, protocol)
+pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
+    let mut cells = if scenario.own.is_empty() {
+        sent(&frames(scenario, protocol), protocol)?
     } else {
-        scenario.own.clone()
+        sent(&scenario.own, protocol)?
     };
-    let mut cells = sent(&bytes, protocol)?;
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
     }
@@ -57,12 +59,8 @@ fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<u8> {
     let count = scenario.frames as usize;
     if protocol.has_setpoints() {
         let (seed, trial) = (scenario.seed, 0);
-        let frames = transmissions(
-            protocol,
-            scenario.payload,
-            Seed { seed, trial },
-            SLOTS_PER_LEG,
-        );
+        let seed = Seed { seed, trial };
+        let frames = transmissions(protocol, scenario.payload, seed, SLOTS_PER_LEG);
         return frames.take(count).flat_map(|frame| frame.bytes).collect();
     }
     let mut stream = Vec::new();
@@ -80,29 +78,39 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     let Some(cell) = cells.get_mut(place) else {
         return;
     };
-    let at = cell.at;
     match action {
         Action::Drop if cell.sent.is_none() => drop(cells.remove(place)),
         Action::Drop if cell.received.is_none() => cell.received = cell.sent,
         Action::Drop => cell.received = None,
         Action::Flip(bits) => cell.received = cell.received.map(|byte| byte ^ bits),
-        Action::Insert(byte) => cells.insert(place, Cell::new(None, byte, at)),
+        Action::Insert(byte) => {
+            let inserted = Cell {
+                received: Some(byte),
+                at: cell.at,
+                ..Cell::default()
+            };
+            cells.insert(place, inserted);
+        }
     }
 }
 
 /// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
 /// that the receiver finds on a line without faults.
-fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
-    let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
+fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
+    let cells = bytes.iter().map(|&byte| Cell {
+        sent: Some(byte),
+        received: Some(byte),
+        ..Cell::default()
+    });
     let mut cells: Vec<Cell> = cells.collect();
-    let mut receiver =
-        AnyLine::new(protocol, Policy::Framelock).map_err(|error| error.to_string())?;
+    let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
     let mut decided = 0;
     let mut on_outcome = |found: Found<&[u8]>| {
-        decided += found.bytes();
-        if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(decided - 1)) {
-            last.ends = u32::try_from(length).unwrap_or(u32::MAX);
+        if let Found::Frame { length, .. } = found {
+            cells[decided].begins = true;
+            cells[decided + length - 1].ends = length;
         }
+        decided += found.bytes();
     };
     receiver.feed(bytes, &mut on_outcome);
     // The line ends after the last byte.
@@ -110,7 +118,7 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let mut now = 0;
     for cell in &mut cells {
         now += BYTE;
-        cell.at = u32::try_from(now / 1_000).unwrap_or(u32::MAX);
+        cell.at = u32::try_from(now / 1_000).expect("the line is short");
         now += if cell.ends > 0 { PAUSE } else { 0 };
     }
     Ok(cells)

@@ -7,7 +7,7 @@ use std::ops::Range;
 use framelock::lecture::Lecture;
 use framelock::motion::{Failsafe, FailsafeParameters, Output, Setpoint};
 use framelock::{DiscardReason, LineEvent};
-use framelock_receiving::{AnyLine, DeliveryCheck, Piece, Protocol, Standstill, TrackedLine};
+use framelock_receiving::{AnyLine, Piece, Protocol, Standstill, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
@@ -53,8 +53,9 @@ pub(crate) struct Machine {
     /// outcome.
     pub(crate) fates: Vec<(usize, Fate)>,
     pub(crate) tally: Tally,
-    /// For each intact frame that may still be delivered, the time at which it arrived.
-    check: DeliveryCheck<u32>,
+    /// The intact frames that may still be delivered: their bytes in the received stream, and the times at which they
+    /// arrived.
+    arrived: VecDeque<(Range<usize>, u32)>,
 }
 
 /// The outcome of a byte.
@@ -92,7 +93,7 @@ impl Machine {
             places: VecDeque::new(),
             fates: Vec::new(),
             tally: Tally::default(),
-            check: DeliveryCheck::default(),
+            arrived: VecDeque::new(),
         }
     }
 
@@ -102,7 +103,7 @@ impl Machine {
         self.places.push_back(place);
         if let Some(length) = whole {
             let end = self.line.decided() + self.line.pending().len() + 1;
-            self.check.arrived(end.saturating_sub(length)..end, at);
+            self.arrived.push_back((end - length..end, at));
         }
         let pieces = self.line.push(byte);
         self.decided(pieces);
@@ -142,31 +143,32 @@ impl Machine {
 
     fn decided(&mut self, pieces: Vec<Piece>) {
         for piece in pieces {
-            let Piece {
-                from,
-                bytes,
-                discarded,
-            } = piece;
-            let count = bytes.len();
-            let fate = if let Some(why) = discarded {
+            let bytes = piece.from..piece.from + piece.bytes.len();
+            let places = self.places.drain(..bytes.len()).collect::<Vec<_>>();
+            let fate = if let Some(why) = piece.discarded {
                 Fate::Discarded(why)
             } else {
-                self.frame = bytes;
+                self.frame = piece.bytes;
                 if let Some(setpoint) = self.setpoint() {
                     self.failsafe.frame(setpoint);
                 }
-                self.deliver(from..from + count)
+                self.deliver(&bytes)
             };
-            let places = self.places.drain(..count.min(self.places.len()));
-            self.fates.extend(places.map(|place| (place, fate)));
+            self.fates
+                .extend(places.into_iter().map(|place| (place, fate)));
         }
         self.miss(self.line.decided());
     }
 
-    /// Records that these bytes were delivered as a frame.
-    fn deliver(&mut self, bytes: Range<usize>) -> Fate {
+    /// Counts the delivery of these bytes as a frame.
+    fn deliver(&mut self, bytes: &Range<usize>) -> Fate {
         self.miss(bytes.start);
-        if self.check.delivered(&bytes).is_some() {
+        if self
+            .arrived
+            .front()
+            .is_some_and(|(arrived, _)| arrived == bytes)
+        {
+            self.arrived.pop_front();
             self.tally.delivered += 1;
             (self.tally.missed_in_row, self.tally.wrong_in_row) = (0, 0);
             return Fate::Delivered;
@@ -176,15 +178,18 @@ impl Machine {
         Fate::Wrong
     }
 
-    /// Adds the frames that begin before this byte to the missed frames, because they can no longer
-    /// be delivered.
+    /// Counts the intact frames that begin before byte number `decided` as missed. All bytes before `decided` have an
+    /// outcome, so these frames can no longer be delivered.
     fn miss(&mut self, decided: usize) {
-        while let Some(at) = self.check.missed(decided) {
+        while let Some((bytes, at)) = self.arrived.front()
+            && bytes.start < decided
+        {
+            if self.tally.missed_in_row == 0 {
+                self.tally.since = *at;
+            }
             self.tally.missed += 1;
             self.tally.missed_in_row += 1;
-            if self.tally.missed_in_row == 1 {
-                self.tally.since = at;
-            }
+            self.arrived.pop_front();
         }
     }
 }

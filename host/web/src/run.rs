@@ -1,10 +1,12 @@
 //! Runs the machines along the line from the beginning to any position.
 
+use anyhow::Result;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::line::{Cell, line};
 use crate::machine::Machine;
+use crate::said;
 use crate::scenario::{Action, Scenario};
 
 /// The number of steps of silence after the last byte, and the length of a step in milliseconds. The
@@ -56,12 +58,66 @@ impl Run {
     /// # Errors
     /// Returns an error if the address is malformed.
     pub fn open(address: &str) -> Result<Run, String> {
+        Self::of(address).map_err(|error| said(&error))
+    }
+
+    /// Returns the number of bytes on the line.
+    pub fn bytes(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Returns the last position: the end of all bytes and of the silence after them.
+    pub fn positions(&self) -> usize {
+        self.cells.len() + SILENT_STEPS
+    }
+
+    /// Returns the description of the frames.
+    pub fn description(&self) -> String {
+        self.protocol.text.clone()
+    }
+
+    /// Returns the position that the address contains.
+    pub fn position(&self) -> usize {
+        self.scenario.at
+    }
+
+    /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such key, or the key cannot have that value.
+    pub fn with(&self, pairs: &str) -> Result<String, String> {
+        let mut scenario = self.scenario.clone();
+        scenario.apply(pairs).map_err(|error| said(&error))?;
+        Ok(scenario.to_string())
+    }
+
+    /// Returns the address after an edit of the byte at `place`: `drop` loses the byte, `flip`
+    /// inverts the bits in `value`, and `insert` inserts the byte `value` before it.
+    pub fn edited(&self, place: usize, action: &str, value: u8) -> String {
+        let action = match action {
+            "insert" => Action::Insert(value),
+            "flip" => Action::Flip(value),
+            _ => Action::Drop,
+        };
+        let mut scenario = self.scenario.clone();
+        scenario.edits.push((place, action));
+        scenario.to_string()
+    }
+
+    /// Returns the view at `position` as JSON, with the line's cells `from..to`.
+    pub fn view(&self, position: usize, from: usize, to: usize) -> String {
+        self.json(position, from..to).to_string()
+    }
+}
+
+impl Run {
+    /// Opens the scenario of an address, and runs the machines along the whole line.
+    fn of(address: &str) -> Result<Self> {
         let scenario: Scenario = address.parse()?;
         let protocol = scenario.protocol()?;
         // The lecture's machine does not receive all frames.
         let lecture = AnyLine::new(&protocol, Policy::Lecture).ok();
-        let framelock =
-            AnyLine::new(&protocol, Policy::Framelock).map_err(|error| error.to_string())?;
+        let framelock = AnyLine::new(&protocol, Policy::Framelock)?;
         let lines = lecture.into_iter().chain([framelock]);
         let machines = lines.map(|line| Machine::new(line, protocol.clone()));
         let mut state = State {
@@ -90,56 +146,6 @@ impl Run {
         }
         run.saved.push(state);
         Ok(run)
-    }
-
-    /// Returns the number of bytes on the line.
-    pub fn bytes(&self) -> usize {
-        self.cells.len()
-    }
-
-    /// Returns the description of the frames.
-    pub fn description(&self) -> String {
-        self.protocol.text.clone()
-    }
-
-    /// Returns the position that the address contains.
-    pub fn position(&self) -> usize {
-        self.scenario.at
-    }
-
-    /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
-    ///
-    /// # Errors
-    /// Returns an error if there is no such key, or the key cannot have that value.
-    pub fn with(&self, pairs: &str) -> Result<String, String> {
-        let mut scenario = self.scenario.clone();
-        scenario.apply(pairs)?;
-        Ok(scenario.to_string())
-    }
-
-    /// Returns the address after an edit of the byte at `place`: `drop` loses the byte, `flip`
-    /// inverts the bits in `value`, and `insert` inserts the byte `value` before it.
-    pub fn edited(&self, place: usize, action: &str, value: u8) -> String {
-        let action = match action {
-            "insert" => Action::Insert(value),
-            "flip" => Action::Flip(value),
-            _ => Action::Drop,
-        };
-        let mut scenario = self.scenario.clone();
-        scenario.edits.push((place, action));
-        scenario.to_string()
-    }
-
-    /// Returns the view at `position` as JSON, with the line's cells `from..to`.
-    pub fn view(&self, position: usize, from: usize, to: usize) -> String {
-        self.json(position, from..to).to_string()
-    }
-}
-
-impl Run {
-    /// Returns the last position: the end of all bytes and of the silence after them.
-    pub(crate) fn positions(&self) -> usize {
-        self.cells.len() + SILENT_STEPS
     }
 
     /// Returns the last saved state at or before a position.
@@ -175,8 +181,9 @@ impl Run {
         if let Some(byte) = cell.received {
             state.idle();
             state.idle_at = self.scenario.idle.then_some(cell.at + IDLE_AFTER);
-            let length = cell.ends as usize;
-            let whole = (1..=state.as_sent).contains(&length).then_some(length);
+            let whole = (1..=state.as_sent)
+                .contains(&cell.ends)
+                .then_some(cell.ends);
             for machine in &mut state.machines {
                 machine.push(place, byte, cell.at, whole);
             }

@@ -4,7 +4,8 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use framelock_description::{Problem, hex, shipped};
+use anyhow::{Context as _, Error, Result, anyhow, ensure};
+use framelock_description::{hex, shipped};
 use framelock_receiving::Protocol;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
@@ -54,88 +55,88 @@ impl Default for Scenario {
 }
 
 impl Scenario {
-    /// Sets keys of the address, such as `lose=0.01&idle=on`.
-    pub(crate) fn apply(&mut self, pairs: &str) -> Result<(), String> {
+    /// Sets keys of the address, such as `frames=9&idle=on`. An error begins with the pair of key and value.
+    pub(crate) fn apply(&mut self, pairs: &str) -> Result<()> {
         for pair in pairs.split('&').filter(|pair| !pair.is_empty()) {
             let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-            self.set(key, value).map_err(|wanted| {
-                let pair: String = pair.chars().take(60).collect();
-                format!("{pair}: {wanted}")
-            })?;
+            self.set(key, value)
+                .with_context(|| pair.chars().take(60).collect::<String>())?;
         }
         Ok(())
     }
 
     /// Returns the protocol of the frames.
-    pub(crate) fn protocol(&self) -> Result<Protocol, String> {
+    pub(crate) fn protocol(&self) -> Result<Protocol> {
         let text = shipped(&self.frame).unwrap_or(&self.description);
         described(&self.frame, text)
     }
 
     /// Sets one key. The error says which value is expected.
-    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+    fn set(&mut self, key: &str, value: &str) -> Result<()> {
         match key {
-            "frame" if value == OWN || shipped(value).is_ok() => {
+            "frame" => {
+                ensure!(
+                    value == OWN || shipped(value).is_ok(),
+                    "expected a frame's name, such as bin, crsf or own"
+                );
                 value.clone_into(&mut self.frame);
             }
-            "frame" => return Err("expected a frame's name, such as bin, crsf or own".to_owned()),
             "description" => {
                 let text = percent_decode_str(value).decode_utf8().ok();
-                let short = text.filter(|text| text.len() <= 1 << 14);
-                self.description = short
-                    .ok_or("expected a description of up to 16384 bytes")?
+                self.description = text
+                    .filter(|text| text.len() <= 1 << 14)
+                    .context("expected a description of up to 16384 bytes")?
                     .into();
             }
-            "payload" => self.payload = value.parse().map_err(|error| format!("{error}"))?,
+            "payload" => self.payload = value.parse()?,
             "frames" => self.frames = number(value, 1..=2_000)?,
             "seed" => self.seed = number(value, 0..=u64::MAX)?,
-            "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
-            "idle" => return Err("expected on or off".to_owned()),
+            "idle" => {
+                ensure!(matches!(value, "on" | "off"), "expected on or off");
+                self.idle = value == "on";
+            }
             "bytes" => {
-                let own = hex::parse(&[value]).map_err(|error| error.to_string())?;
-                if own.len() > 4_096 {
-                    return Err("expected up to 4096 bytes".to_owned());
-                }
-                self.own = own;
+                self.own = hex::parse(&[value])?;
+                ensure!(self.own.len() <= 4_096, "expected up to 4096 bytes");
             }
             "edits" => {
-                let texts = value.split('.').filter(|text| !text.is_empty());
-                let edits = texts.map(edit).collect::<Option<_>>();
-                self.edits = edits.ok_or("expected edits such as 21d.30f04.40i41")?;
+                let edits = value.split('.').filter(|text| !text.is_empty());
+                let edits: Option<_> = edits.map(edit).collect();
+                self.edits = edits.context("expected edits such as 21d.30f04.40i41")?;
             }
             "at" => self.at = number(value, 0..=usize::MAX)?,
-            _ => return Err("the address has no such key".to_owned()),
+            _ => return Err(anyhow!("the address has no such key")),
         }
         Ok(())
     }
 }
 
-fn number<T>(text: &str, range: RangeInclusive<T>) -> Result<T, String>
+fn number<T>(text: &str, range: RangeInclusive<T>) -> Result<T>
 where
     T: FromStr + PartialOrd + fmt::Display,
 {
     let number = text.parse().ok().filter(|number| range.contains(number));
-    let (least, most) = range.into_inner();
-    number.ok_or_else(|| format!("expected a number from {least} to {most}"))
+    number.with_context(|| {
+        format!(
+            "expected a number from {} to {}",
+            range.start(),
+            range.end()
+        )
+    })
 }
 
 /// Parses a description of frames. An error begins with the line and column of the mistake.
-pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
+pub(crate) fn described(name: &str, text: &str) -> Result<Protocol> {
     Protocol::described(name, text.to_owned()).map_err(|problem| {
-        let Problem {
-            line,
-            column,
-            mistake,
-            ..
-        } = problem;
-        format!("Line {line}, column {column}: {mistake}")
+        let (line, column) = (problem.line, problem.column);
+        anyhow!("Line {line}, column {column}: {}", problem.mistake)
     })
 }
 
 impl FromStr for Scenario {
-    type Err = String;
+    type Err = Error;
 
-    fn from_str(address: &str) -> Result<Self, String> {
+    fn from_str(address: &str) -> Result<Self> {
         let mut scenario = Self::default();
         scenario.apply(address)?;
         Ok(scenario)
@@ -146,30 +147,31 @@ impl FromStr for Scenario {
 impl fmt::Display for Scenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "frame={}", self.frame)?;
-        if self.description != EXAMPLE {
-            let description = utf8_percent_encode(&self.description, NON_ALPHANUMERIC);
-            write!(f, "&description={description}")?;
-        }
-        let own: Vec<String> = self.own.iter().map(|byte| format!("{byte:02X}")).collect();
-        let edits: Vec<String> = self
-            .edits
-            .iter()
-            .map(|(place, action)| format!("{place}{action}"))
-            .collect();
-        for (key, value, usual) in [
-            ("payload", self.payload.to_string(), "motion"),
-            ("frames", self.frames.to_string(), "40"),
-            ("seed", self.seed.to_string(), "1"),
-            ("idle", if self.idle { "on" } else { "" }.to_owned(), ""),
-            ("bytes", own.concat(), ""),
-            ("edits", edits.join("."), ""),
-            ("at", self.at.to_string(), "0"),
-        ] {
-            if value != usual {
-                write!(f, "&{key}={value}")?;
-            }
+        let usual = Self::default();
+        let pairs = self.pairs().into_iter().zip(usual.pairs());
+        for ((key, value), _) in pairs.filter(|(pair, usual)| pair != usual) {
+            write!(f, "&{key}={value}")?;
         }
         Ok(())
+    }
+}
+
+impl Scenario {
+    /// Returns all keys except `frame`, with their values.
+    fn pairs(&self) -> [(&'static str, String); 8] {
+        let edits = self.edits.iter();
+        let edits: Vec<String> = edits.map(|(at, edit)| format!("{at}{edit}")).collect();
+        let description = utf8_percent_encode(&self.description, NON_ALPHANUMERIC);
+        [
+            ("description", description.to_string()),
+            ("payload", self.payload.to_string()),
+            ("frames", self.frames.to_string()),
+            ("seed", self.seed.to_string()),
+            ("idle", if self.idle { "on" } else { "off" }.to_owned()),
+            ("bytes", hex::glued(&self.own)),
+            ("edits", edits.join(".")),
+            ("at", self.at.to_string()),
+        ]
     }
 }
 

@@ -2,12 +2,10 @@
 
 use std::ops::Range;
 
-use framelock::Format as _;
 use framelock::motion::Setpoint;
 use framelock_description::{Description, KIND};
 use serde_json::{Value, json};
 
-use crate::line::Cell;
 use crate::machine::{Fate, Machine};
 use crate::places::{MOST, names};
 use crate::run::Run;
@@ -41,17 +39,11 @@ impl Run {
                 }
             }
         }
-        let longest = self.protocol.description.format().longest();
-        let begins = |place: usize| {
-            let mut next = self.cells.iter().skip(place).take(longest).zip(1..);
-            let ends = next.find(|(cell, _)| cell.ends > 0);
-            ends.is_some_and(|(cell, length)| cell.ends == length)
-        };
         let cells = (from..end).zip(&self.cells[from..end]).zip(fates);
         let cells_json = cells.map(|((place, cell), fates)| {
             json!({
-                "place": place, "sent": cell.sent, "received": cell.received, "kind": kind(cell),
-                "begins": begins(place), "fates": fates,
+                "place": place, "sent": cell.sent, "received": cell.received, "kind": cell.kind(),
+                "begins": cell.begins, "fates": fates,
             })
         });
         let machines = state
@@ -68,7 +60,7 @@ impl Run {
     /// Returns the positions at which playing stops until the user continues. Playing stops after the first byte that
     /// the line loses, alters or inserts, and after the first intact frame that a machine misses.
     fn holds(&self) -> Vec<usize> {
-        let fault = self.cells.iter().position(|cell| kind(cell) != "as sent");
+        let fault = self.cells.iter().position(|cell| cell.kind() != "as sent");
         let after_fault = fault.map(|place| place + 1);
         let mut holds: Vec<usize> = after_fault.into_iter().chain(self.first_missed).collect();
         holds.sort_unstable();
@@ -82,7 +74,7 @@ impl Run {
         let mut sentence = match cell {
             None => return "No byte has arrived yet.".to_owned(),
             Some(None) => "The line is silent.".to_owned(),
-            Some(Some(cell)) => match kind(cell) {
+            Some(Some(cell)) => match cell.kind() {
                 "lost" => {
                     return format!(
                         "{} is lost on the line. Nothing arrives, so no machine can notice it yet.",
@@ -151,15 +143,6 @@ impl Run {
             "tally": tally,
             "counters": machine.line.counters(),
         })
-    }
-}
-
-fn kind(cell: &Cell) -> &'static str {
-    match (cell.sent, cell.received) {
-        (_, None) => "lost",
-        (None, _) => "inserted",
-        (sent, received) if sent == received => "as sent",
-        _ => "altered",
     }
 }
 

@@ -11,10 +11,8 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use framelock::lecture::Lecture;
-use framelock::motion::{Bin, BinCrc8};
-use framelock::{BufferedReceiver, Line, Receiver};
-use framelock_description::{Description, SHIPPED};
-use framelock_formats::crsf::Crsf;
+use framelock_description::SHIPPED;
+use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_web::{Run, frames, presets, problem};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use proptest::prelude::*;
@@ -27,54 +25,57 @@ use serde_json::{Value, json};
 /// The description that the page shows as an example.
 const MOTOR: &str = include_str!("../page/motor.toml");
 
-fn decoded(address: &str) -> Run {
+fn opened(address: &str) -> Run {
     Run::open(address).unwrap()
 }
 
+/// Returns the view of a position, with the cells at these places.
 fn view(run: &Run, position: usize, places: Range<usize>) -> Value {
     serde_json::from_str(&run.view(position, places.start, places.end)).unwrap()
 }
 
+/// Returns one value of the view of a position. The pointer is `/machines/0/status` for example, as in RFC 6901.
+fn see(run: &Run, position: usize, pointer: &str) -> Value {
+    let has_cells = pointer.starts_with("/cells");
+    let mut view = view(run, position, 0..if has_cells { run.bytes() } else { 0 });
+    let value = view.pointer_mut(pointer);
+    value
+        .unwrap_or_else(|| panic!("there is no {pointer}"))
+        .take()
+}
+
+/// Returns one value of each element of a list.
+fn each<'v>(list: &'v Value, pointer: &str) -> Vec<&'v Value> {
+    let list = list.as_array().unwrap().iter();
+    list.map(|value| value.pointer(pointer).unwrap()).collect()
+}
+
+/// Returns the machines after the last byte has arrived.
+fn end(run: &Run) -> Value {
+    see(run, run.bytes(), "/machines")
+}
+
 /// Returns the addresses of the presets.
 fn addresses() -> Vec<String> {
-    let presets: Vec<Value> = serde_json::from_str(&presets()).unwrap();
-    let addresses = presets.iter().map(|preset| preset["address"].as_str());
+    let presets: Value = serde_json::from_str(&presets()).unwrap();
+    let addresses = each(&presets, "/address").into_iter();
     addresses
-        .map(|address| address.unwrap().to_owned())
+        .map(|it| it.as_str().unwrap().to_owned())
         .collect()
 }
 
 /// Returns the address of frames that a text describes.
 fn own(description: &str) -> String {
-    format!(
-        "frame=own&description={}",
-        utf8_percent_encode(description, NON_ALPHANUMERIC)
-    )
-}
-
-/// Returns the names of the bytes in the last machine's window at a position: the bytes that have arrived and those
-/// expected next.
-fn names(run: &Run, position: usize) -> Vec<String> {
-    let view = view(run, position, 0..0);
-    let machine = view["machines"].as_array().unwrap().last().unwrap();
-    let window = machine["window"].as_array().unwrap().iter();
-    window
-        .map(|slot| slot["name"].as_str().unwrap().to_owned())
-        .collect()
-}
-
-/// Returns the machines after the last byte has arrived.
-fn end(run: &Run) -> Value {
-    view(run, run.bytes(), 0..0)["machines"].take()
+    let description = utf8_percent_encode(description, NON_ALPHANUMERIC);
+    format!("frame=own&description={description}")
 }
 
 /// Returns the byte that arrives for each byte on the line, or `None` if it is lost.
 fn arrivals(run: &Run) -> Vec<Option<u8>> {
-    let view = view(run, 0, 0..run.bytes());
-    let cells = view["cells"].as_array().unwrap().iter();
-    let received = cells.map(|cell| cell["received"].as_u64());
+    let cells = see(run, 0, "/cells");
+    let received = each(&cells, "/received").into_iter();
     received
-        .map(|byte| Some(u8::try_from(byte?).unwrap()))
+        .map(|byte| serde_json::from_value(byte.clone()).unwrap())
         .collect()
 }
 
@@ -84,38 +85,23 @@ fn received(arrivals: &[Option<u8>], position: usize) -> Vec<u8> {
 }
 
 /// Returns the counters of new machines after they have received these bytes.
-fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
-    let mut lecture = Line::new(Lecture::new());
-    let mut bin = Line::new(Receiver::<Bin>::new());
-    let mut crc8 = Line::new(Receiver::<BinCrc8>::new());
-    let mut crsf = Line::new(BufferedReceiver::<_, [u8; 64]>::new(Crsf));
-    if address.contains("frame=bin-crc8") {
-        crc8.feed(bytes, |_| ());
-        vec![json!(crc8.counters())]
-    } else if address.contains("frame=crsf") {
-        crsf.feed(bytes, |_| ());
-        vec![json!(crsf.counters())]
-    } else if address.contains("frame=own") {
-        let motor = Description::parse("motor.toml", MOTOR).unwrap();
-        let mut own =
-            Line::new(BufferedReceiver::with_buffer(motor.format().clone(), [0; 42]).unwrap());
-        own.feed(bytes, |_| ());
-        vec![json!(own.counters())]
-    } else {
-        for byte in bytes {
-            lecture.push(*byte);
-            bin.push(*byte);
-        }
-        vec![json!(lecture.counters()), json!(bin.counters())]
-    }
+fn counters(address: &str, bytes: &[u8]) -> Value {
+    let frame = address.split('&').next().unwrap().strip_prefix("frame=");
+    let protocol = match frame.unwrap() {
+        "own" => Protocol::described("own", MOTOR.to_owned()).unwrap(),
+        name => Protocol::named(name).unwrap(),
+    };
+    let lines = [Policy::Lecture, Policy::Framelock].map(|policy| AnyLine::new(&protocol, policy));
+    let counters = lines.into_iter().flatten().map(|mut line| {
+        line.feed(bytes, |_| ());
+        json!(line.counters())
+    });
+    counters.collect()
 }
 
 /// Returns the counters that the page shows.
-fn shown(view: &Value) -> Vec<Value> {
-    let machines = view["machines"].as_array().unwrap().iter();
-    machines
-        .map(|machine| machine["counters"].clone())
-        .collect()
+fn shown(view: &Value) -> Value {
+    json!(each(&view["machines"], "/counters"))
 }
 
 /// Compares four things for each machine: the status, the number of intact frames delivered, the
@@ -135,9 +121,10 @@ fn each_preset_shows_what_it_says() {
     for (address, expected) in addresses().iter().zip(expected) {
         // The preset's address equals the address that the page writes. The page finds the current
         // preset by this comparison.
-        assert_eq!(decoded(address).with("").as_ref(), Ok(address));
-        let machines = end(&decoded(address));
-        let outcomes = machines.as_array().unwrap().iter().map(|machine| {
+        let run = opened(address);
+        assert_eq!(run.with("").as_ref(), Ok(address));
+        let machines = end(&run);
+        let outcomes = each(&machines, "").into_iter().map(|machine| {
             let tally = &machine["tally"];
             json!([
                 machine["status"],
@@ -153,15 +140,27 @@ fn each_preset_shows_what_it_says() {
 #[test]
 fn the_counters_are_those_of_the_machines_at_every_position_of_every_preset() {
     for address in addresses() {
-        let run = decoded(&address);
+        let run = opened(&address);
         let arrivals = arrivals(&run);
         for position in 0..=run.bytes() {
             let expected = counters(&address, &received(&arrivals, position));
-            assert_eq!(
-                shown(&view(&run, position, 0..0)),
-                expected,
-                "{address}&at={position}"
-            );
+            let view = view(&run, position, 0..0);
+            assert_eq!(shown(&view), expected, "{address}&at={position}");
+        }
+    }
+}
+
+#[test]
+fn the_lectures_machine_is_shown_at_every_position() {
+    for address in addresses().iter().filter(|it| it.starts_with("frame=bin&")) {
+        let run = opened(address);
+        let mut lecture = Lecture::new();
+        for (place, byte) in arrivals(&run).into_iter().enumerate() {
+            byte.map(|byte| lecture.push(byte));
+            let machine = see(&run, place + 1, "/machines/0");
+            assert_eq!(machine["state"], lecture.state.to_string());
+            let temporary = <[u8; 3]>::from(lecture.temp);
+            assert_eq!(machine["axes"]["temporary"], json!(temporary));
         }
     }
 }
@@ -170,33 +169,28 @@ fn the_counters_are_those_of_the_machines_at_every_position_of_every_preset() {
 #[test]
 fn a_pause_between_frames_brings_both_machines_back() {
     for number in [0, 3] {
-        let machines = end(&decoded(&format!("{}&idle=on", addresses()[number])));
-        for machine in machines.as_array().unwrap() {
-            assert_eq!(
-                (&machine["status"], &machine["tally"]["delivered"]),
-                (&json!("LISTENING"), &json!(39))
-            );
-        }
+        let machines = end(&opened(&format!("{}&idle=on", addresses()[number])));
+        assert_eq!(each(&machines, "/status"), ["LISTENING"; 2]);
+        assert_eq!(each(&machines, "/tally/delivered"), [39; 2]);
     }
 }
 
 #[test]
 fn the_current_setpoint_is_that_of_the_last_frame() {
-    let run = decoded("frames=30");
+    let run = opened("frames=30");
     let bytes = received(&arrivals(&run), run.bytes());
     for (position, frame) in (7..).step_by(7).zip(bytes.chunks(7)) {
-        for machine in view(&run, position, 0..0)["machines"].as_array().unwrap() {
-            let [pitch, roll, yaw] = [frame[3], frame[4], frame[5]];
-            let expected = json!({ "pitch": pitch, "roll": roll, "yaw": yaw });
-            assert_eq!(machine["axes"]["setpoint"], expected, "at {position}");
-        }
+        let [pitch, roll, yaw] = [frame[3], frame[4], frame[5]];
+        let expected = json!({ "pitch": pitch, "roll": roll, "yaw": yaw });
+        let machines = see(&run, position, "/machines");
+        assert_eq!(each(&machines, "/axes/setpoint"), [&expected; 2]);
     }
 }
 
 #[test]
 fn back_and_forth_ends_where_it_was() {
     for address in addresses() {
-        let run = decoded(&address);
+        let run = opened(&address);
         let positions = 0..=run.bytes() + 32;
         let there: Vec<String> = positions.map(|to| run.view(to, 0, 40)).collect();
         for (position, seen) in there.iter().enumerate().rev() {
@@ -208,56 +202,44 @@ fn back_and_forth_ends_where_it_was() {
 /// The idle-gap rule drops pending bytes, and the failsafe parks the actuators.
 #[test]
 fn silence_drops_what_is_pending_and_parks_the_actuators() {
-    let run = decoded("frames=3&payload=00FF00FF&edits=20d&idle=on");
-    let before = &view(&run, 20, 0..0)["machines"][1];
-    assert_eq!(
-        (
-            &before["axes"]["phase"],
-            &before["axes"]["setpoint"]["pitch"]
-        ),
-        (&json!("Approach"), &json!(255))
-    );
-    assert_eq!(before["counters"]["discarded"]["line_event"], 0);
-    let after = &view(&run, run.bytes() + 32, 0..0)["machines"][1];
-    assert_eq!(
-        (&after["axes"]["phase"], &after["axes"]["output"]["pitch"]),
-        (&json!("Parked"), &json!(128))
-    );
-    assert_eq!(after["counters"]["discarded"]["line_event"], 6);
-    assert!(
-        after["window"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .all(|slot| slot["byte"].is_null())
-    );
+    let run = opened("frames=3&payload=00FF00FF&edits=20d&idle=on");
+    for (position, pointer, expected) in [
+        (20, "/axes/phase", json!("Approach")),
+        (20, "/axes/setpoint/pitch", json!(255)),
+        (20, "/counters/discarded/line_event", json!(0)),
+        (run.bytes() + 32, "/axes/phase", json!("Parked")),
+        (run.bytes() + 32, "/axes/output/pitch", json!(128)),
+        (run.bytes() + 32, "/counters/discarded/line_event", json!(6)),
+        (run.bytes() + 32, "/pending", json!(0)),
+    ] {
+        let value = see(&run, position, &format!("/machines/1{pointer}"));
+        assert_eq!(value, expected, "{pointer} at {position}");
+    }
 }
 
 /// The line carries ten frames per second. The failsafe needs more than 3.3 frames per second.
 #[test]
 fn the_page_says_why_the_actuators_do_not_follow() {
+    let no_frames = ("Parked", json!("no frames"));
+    let slowly = ("Approach", json!("moves slowly to the setpoint"));
+    let apart = "frames arrive too far apart (fewer than 4 a second)";
+    let apart = ("Parked", json!(apart));
     // Of `every` frames, one arrives intact: the others lose their first byte.
-    let run = |every: usize| {
+    for (every, position, (phase, reason)) in [
+        (2, 0, &no_frames),
+        (2, 21, &slowly),
+        (2, 700, &("Live", Value::Null)),
+        (2, 732, &no_frames),
+        (4, 250, &apart),
+        (4, 500, &apart),
+        (4, 700, &apart),
+    ] {
         let lost = (0..100).filter(|frame| frame % every > 0);
         let edits: Vec<String> = lost.map(|frame| format!("{}d", 7 * frame)).collect();
-        decoded(&format!("frame=bin&frames=100&edits={}", edits.join(".")))
-    };
-    let told = |run: &Run, position| {
-        let axes = view(run, position, 0..0)["machines"][1]["axes"].take();
-        json!([axes["phase"], axes["reason"]])
-    };
-    let no_frames = json!(["Parked", "no frames"]);
-    let five_per_second = run(2);
-    assert_eq!(told(&five_per_second, 0), no_frames);
-    assert_eq!(
-        told(&five_per_second, 21),
-        json!(["Approach", "moves slowly to the setpoint"])
-    );
-    assert_eq!(told(&five_per_second, 700), json!(["Live", null]));
-    assert_eq!(told(&five_per_second, 732), no_frames);
-    let apart = "frames arrive too far apart (fewer than 4 a second)";
-    for position in [250, 500, 700] {
-        assert_eq!(told(&run(4), position), json!(["Parked", apart]));
+        let run = opened(&format!("frames=100&edits={}", edits.join(".")));
+        let axes = see(&run, position, "/machines/1/axes");
+        assert_eq!(axes["phase"], *phase, "1 of {every} at {position}");
+        assert_eq!(axes["reason"], *reason, "1 of {every} at {position}");
     }
 }
 
@@ -267,23 +249,19 @@ fn a_long_line_is_shown_as_if_byte_by_byte() {
     let repeated = "41420041420D0D4142001020300D6E6F697365C8040B00ECB7".repeat(100);
     for frame in ["frame=bin", "frame=bin-crc8", "frame=crsf"] {
         let address = format!("{frame}&bytes={repeated}&edits=3d.900i41.2000f40");
-        let run = decoded(&address);
+        let run = opened(&address);
         let arrivals = arrivals(&run);
         for position in [0, 1, 5, 1_023, 1_024, 1_025, 2_007, 2_048, 2_501] {
             let view = view(&run, position, position.saturating_sub(20)..position);
             let bytes = received(&arrivals, position);
-            assert_eq!(
-                shown(&view),
-                counters(frame, &bytes),
-                "{address}&at={position}"
-            );
-            for (nth, machine) in view["machines"].as_array().unwrap().iter().enumerate() {
-                let window = machine["window"].as_array().unwrap().iter();
-                let held: Vec<u64> = window.filter_map(|slot| slot["byte"].as_u64()).collect();
-                let last = bytes.iter().rev().take(held.len()).rev();
-                assert!(last.copied().map(u64::from).eq(held.iter().copied()));
-                let cells = view["cells"].as_array().unwrap().iter();
-                let pending = cells.filter(|cell| cell["fates"][nth] == "pending");
+            let expected = counters(frame, &bytes);
+            assert_eq!(shown(&view), expected, "{address}&at={position}");
+            for (nth, window) in each(&view["machines"], "/window").into_iter().enumerate() {
+                let held = each(window, "/byte").into_iter();
+                let held: Vec<_> = held.filter(|byte| !byte.is_null()).collect();
+                assert_eq!(held, bytes[bytes.len() - held.len()..]);
+                let fates = each(&view["cells"], "/fates").into_iter();
+                let pending = fates.filter(|fates| fates[nth] == "pending");
                 assert_eq!(pending.count(), held.len().min(20));
             }
         }
@@ -292,15 +270,12 @@ fn a_long_line_is_shown_as_if_byte_by_byte() {
 
 #[test]
 fn edits_are_done_and_undone() {
-    let mut run = decoded("frames=2");
+    let mut run = opened("frames=2");
     let plain = view(&run, 14, 0..14);
     let mut edit = |place, action, value| {
-        run = decoded(&run.edited(place, action, value));
-        (
-            run.with("").unwrap(),
-            received(&arrivals(&run), 6),
-            view(&run, 14, 0..14),
-        )
+        run = opened(&run.edited(place, action, value));
+        let bytes = received(&arrivals(&run), 6);
+        (run.with("").unwrap(), bytes, view(&run, 14, 0..14))
     };
     edit(3, "insert", 0x41);
     let (address, bytes, _) = edit(4, "insert", 0x42);
@@ -310,8 +285,8 @@ fn edits_are_done_and_undone() {
     assert_eq!(bytes[4], 0x41);
     let (_, bytes, view) = edit(5, "drop", 0);
     assert_eq!(bytes, [0x41, 0x42, 0x00, 0x41, 0x41]);
-    let kinds = (3..6).map(|place| &view["cells"][place]["kind"]);
-    assert!(kinds.eq(["inserted", "inserted", "lost"]));
+    let kinds = &each(&view["cells"], "/kind")[3..6];
+    assert_eq!(kinds, ["inserted", "inserted", "lost"]);
     let (address, _, view) = edit(5, "drop", 0);
     assert_eq!(address, "frame=bin&frames=2&edits=3i41.4i42.4f03.5d.5d");
     assert_eq!(view["cells"][5]["kind"], "as sent");
@@ -329,20 +304,17 @@ fn examples_of_every_frame_format_are_sent_and_delivered() {
     assert_eq!(names, [&shipped[..], &["own"]].concat());
     for (name, about) in &listed {
         assert!(!about.is_empty() && !about.contains('#'), "{name}: {about}");
-        let run = decoded(&format!("frame={name}&frames=30"));
+        let run = opened(&format!("frame={name}&frames=30"));
         let machine = &end(&run)[0];
         assert_eq!(machine["tally"]["delivered"], 30, "{name}");
         assert_eq!(machine["status"], "LISTENING");
         assert_ne!(machine["fields"], json!([]), "{name}");
         // While a frame is incomplete, the page shows a name for each byte that has arrived.
         for position in 0..run.bytes().min(50) {
-            let mut view = view(&run, position, 0..0);
-            let window = view["machines"][0]["window"].take();
-            let mut slots = window.as_array().unwrap().iter();
-            assert!(
-                slots.all(|slot| slot["byte"].is_null() || slot["name"] != ""),
-                "{name}&at={position}: {window}"
-            );
+            let window = see(&run, position, "/machines/0/window");
+            let mut slots = each(&window, "").into_iter();
+            let all_named = slots.all(|slot| slot["byte"].is_null() || slot["name"] != "");
+            assert!(all_named, "{name}&at={position}: {window}");
         }
     }
 }
@@ -350,56 +322,37 @@ fn examples_of_every_frame_format_are_sent_and_delivered() {
 #[test]
 fn frames_of_ones_own_are_received_with_their_names_and_units() {
     let captured = "AA550601E8032C01151D14AA5502020790A2";
-    let run = decoded(&format!("frame=own&bytes={captured}"));
-    let fields = |position| view(&run, position, 0..18)["machines"][0]["fields"].take();
-    assert_eq!(fields(10), json!([]));
+    let run = opened(&format!("frame=own&bytes={captured}"));
     let measurement = json!([
         ["kind", "measurement", ""],
         ["position", "10.00", "deg"],
         ["current", "300", "mA"],
         ["temperature", "21", "C"]
     ]);
-    assert_eq!(fields(11), measurement);
-    assert_eq!(
-        fields(18),
-        json!([["kind", "state", ""], ["state", "7", ""]])
-    );
-    let end = view(&run, 18, 0..18);
-    assert!(
-        end["sentence"]
-            .as_str()
-            .unwrap()
-            .ends_with("delivers a frame: kind state, state 7."),
-        "{end}"
-    );
-    let fates = end["cells"].as_array().unwrap().iter();
-    assert!(
-        fates
-            .clone()
-            .all(|cell| cell["fates"] == json!(["delivered"]))
-    );
+    let state = json!([["kind", "state", ""], ["state", "7", ""]]);
+    for (position, fields) in [(10, json!([])), (11, measurement), (18, state)] {
+        assert_eq!(see(&run, position, "/machines/0/fields"), fields);
+    }
+    let sentence = see(&run, 18, "/sentence");
+    let delivers = "delivers a frame: kind state, state 7.";
+    assert!(sentence.as_str().unwrap().ends_with(delivers), "{sentence}");
+    let cells = see(&run, 18, "/cells");
+    assert_eq!(each(&cells, "/fates/0"), ["delivered"; 18]);
 
     // A user types a description without the checksum. Then one byte is changed. Without the checksum, no receiver can
     // notice the change.
     let plain = MOTOR.replace("checksum", "# checksum");
-    let run = decoded(&format!("{}&bytes={captured}&edits=4f01", own(&plain)));
-    let machine = view(&run, 11, 0..0)["machines"][0].take();
-    assert_eq!(machine["fields"][1], json!(["position", "10.01", "deg"]));
-    let run = decoded(&format!("frame=own&bytes={captured}&edits=4f01"));
-    assert_eq!(end_fates(&run)[0], json!(["checksum mismatch"]));
-}
-
-/// Returns each byte's outcomes, after the last byte has arrived.
-fn end_fates(run: &Run) -> Vec<Value> {
-    let view = view(run, run.bytes(), 0..run.bytes());
-    let cells = view["cells"].as_array().unwrap().iter();
-    cells.map(|cell| cell["fates"].clone()).collect()
+    let run = opened(&format!("{}&bytes={captured}&edits=4f01", own(&plain)));
+    let position = see(&run, 11, "/machines/0/fields/1");
+    assert_eq!(position, json!(["position", "10.01", "deg"]));
+    let run = opened(&format!("frame=own&bytes={captured}&edits=4f01"));
+    assert_eq!(see(&run, 18, "/cells/0/fates/0"), "checksum mismatch");
 }
 
 #[test]
 fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
     assert_eq!(problem(MOTOR), "");
-    for (from, to, told) in [
+    for (from, to, expected) in [
         ("plus", "pluss", "Line 3, column 39: unknown field"),
         (
             "from = 2",
@@ -408,13 +361,14 @@ fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
         ),
         ("MODBUS", "MODBUZ", "Line 5, column 21: there is no"),
         ("[[kinds]]", "[[sorts]]", "Line 7, column 3: unknown field"),
+        (MOTOR, "", "Line 1, column 1: nothing ends a frame"),
     ] {
-        let told_is = problem(&MOTOR.replacen(from, to, 1));
-        assert!(told_is.starts_with(told), "{to}: {told_is}");
-        let error = Run::open(&own(&MOTOR.replacen(from, to, 1))).err();
-        assert_eq!(error, Some(told_is));
+        let description = MOTOR.replacen(from, to, 1);
+        let problem = problem(&description);
+        assert!(problem.starts_with(expected), "{to}: {problem}");
+        let opened = Run::open(&own(&description));
+        assert_eq!(opened.err(), Some(problem));
     }
-    assert!(problem("").starts_with("Line 1, column 1: nothing ends a frame"));
 }
 
 /// Changes numbers in the example and in shipped descriptions at random.
@@ -437,12 +391,11 @@ fn any_description_is_rejected_or_shown() {
         });
         let text: String = numbers.collect();
         if problem(&text).is_empty() {
-            let run = decoded(&format!("{}&frames=3&edits=5d.9f01", own(&text)));
+            let run = opened(&format!("{}&frames=3&edits=5d.9f01", own(&text)));
             for position in 0..run.bytes().min(60) {
                 view(&run, position, 0..40);
             }
-            let tally = &end(&run)[0]["tally"];
-            shown += usize::from(tally["delivered"] != 0);
+            shown += usize::from(end(&run)[0]["tally"]["delivered"] != 0);
         } else {
             rejected += 1;
         }
@@ -456,59 +409,82 @@ fn the_guide_contains_the_pages_example() {
     assert!(guide.contains(MOTOR));
 }
 
+/// Compares the names of the bytes in the window: the bytes that have arrived and those expected next.
 #[test]
 fn each_byte_has_its_name() {
-    let bin = ["sync", "sync", "any", "pitch", "roll", "yaw", "terminator"];
-    assert_eq!(names(&decoded("frame=bin"), 0), bin);
-    let crc8 = [&bin[..6], &["checksum", "terminator"]].concat();
-    assert_eq!(names(&decoded("frame=bin-crc8"), 3), crc8);
-    let crsf = decoded("frame=crsf&bytes=C8040B00ECB7");
-    assert_eq!(names(&crsf, 0), ["address", "length"]);
-    let whole = [
-        "address", "length", "type", "payload", "payload", "checksum",
-    ];
-    assert_eq!(names(&crsf, 3), whole);
-    // The fourth byte determines the kind.
-    let own = decoded("frame=own&bytes=AA5502020790A2AA550601");
-    assert_eq!(names(&own, 0), ["sync", "sync", "length", "number"]);
-    let state = [
-        "sync", "sync", "length", "number", "state", "checksum", "checksum",
-    ];
-    assert_eq!(names(&own, 4), state);
-    let measurement = [
-        &state[..4],
-        &["position", "position", "current", "current", "temperature"],
-        &["checksum", "checksum"],
-    ];
-    assert_eq!(names(&own, 11), measurement.concat());
     // A frame that is too short for a field does not contain this field.
     let short = "sync = '24'\nlongest = 9\nlength_field = { at = 1, type = 'u8' }\n\
                  checksum = { name = 'xor', type = 'u8', at = -1 }\n\
                  fields = [{ name = 'a', at = 2, type = 'u16le' }, { name = 'b', at = 4, type = 'u16le' }]";
-    let short = decoded(&format!("{}&bytes=2405010223", self::own(short)));
-    assert_eq!(names(&short, 3), ["sync", "length", "a", "a", "checksum"]);
-    let nmea = decoded("frame=nmea&bytes=2447502A3137");
-    assert_eq!(
-        names(&nmea, 4)[..4],
-        ["start", "sentence", "sentence", "sentence"]
-    );
-    let sbus = names(&decoded("frame=sbus"), 0);
-    assert_eq!(sbus[2], "channel1 channel2");
-    assert_eq!(sbus[23], "channel17 channel18 frame_lost failsafe unused");
-    let signed = decoded("frame=mavlink2&bytes=FD090100000000000000");
-    let names = names(&signed, 10);
-    assert_eq!(names[..3], ["sync", "length", "incompatible_flags"]);
-    assert_eq!(names[19..22], ["checksum", "checksum", "signature"]);
-    assert_eq!(names.len(), 9 + 12 + 13);
+    let short = format!("{}&bytes=2405010223", own(short));
+    // The fourth byte determines the kind.
+    let motor = "frame=own&bytes=AA5502020790A2AA550601";
+    let signed = "frame=mavlink2&bytes=FD090100000000000000";
+    for (address, position, first, names, count) in [
+        (
+            "frame=bin",
+            0,
+            0,
+            "sync sync any pitch roll yaw terminator",
+            7,
+        ),
+        ("frame=bin-crc8", 3, 5, "yaw checksum terminator", 8),
+        ("frame=crsf&bytes=C8040B00ECB7", 0, 0, "address length", 2),
+        (
+            "frame=crsf&bytes=C8040B00ECB7",
+            3,
+            2,
+            "type payload payload checksum",
+            6,
+        ),
+        (motor, 0, 0, "sync sync length number", 4),
+        (
+            motor,
+            4,
+            0,
+            "sync sync length number state checksum checksum",
+            7,
+        ),
+        (
+            motor,
+            11,
+            3,
+            "number position position current current temperature checksum checksum",
+            11,
+        ),
+        (&short, 3, 0, "sync length a a checksum", 5),
+        (
+            "frame=nmea&bytes=2447502A3137",
+            4,
+            0,
+            "start sentence sentence sentence",
+            5,
+        ),
+        (signed, 10, 0, "sync length incompatible_flags", 34),
+        (signed, 10, 19, "checksum checksum signature", 34),
+    ] {
+        let window = see(&opened(address), position, "/machines")
+            .as_array_mut()
+            .unwrap()
+            .pop();
+        let window = window.unwrap()["window"].take();
+        let all = each(&window, "/name");
+        let names: Vec<&str> = names.split(' ').collect();
+        assert_eq!(all[first..first + names.len()], names, "{address}");
+        assert_eq!(all.len(), count, "{address}");
+    }
+    let sbus = see(&opened("frame=sbus"), 0, "/machines/0/window");
+    assert_eq!(sbus[2]["name"], "channel1 channel2");
+    let last = "channel17 channel18 frame_lost failsafe unused";
+    assert_eq!(sbus[23]["name"], last);
 }
 
 #[test]
 fn before_the_first_frame_no_frame_is_shown() {
     for frame in ["bin", "crsf", "own"] {
-        let run = decoded(&format!("frame={frame}&edits=1d"));
-        let at = |position| view(&run, position, 0..0);
-        assert_eq!(at(0)["sentence"], "No byte has arrived yet.");
-        for machine in at(0)["machines"].as_array().unwrap() {
+        let run = opened(&format!("frame={frame}&edits=1d"));
+        assert_eq!(see(&run, 0, "/sentence"), "No byte has arrived yet.");
+        for machine in see(&run, 0, "/machines").as_array().unwrap() {
             assert_eq!(machine["status"], "NO FRAME YET");
             assert_eq!(machine["fields"], json!([]));
             assert!(machine["axes"]["setpoint"].is_null());
@@ -516,91 +492,61 @@ fn before_the_first_frame_no_frame_is_shown() {
             assert!(temporary.is_none_or(|all| all.iter().all(Value::is_null)));
         }
         let machines = end(&run);
-        assert!(
-            machines
-                .as_array()
-                .unwrap()
-                .iter()
-                .all(|it| it["status"] == "LISTENING")
-        );
+        let mut statuses = each(&machines, "/status").into_iter();
+        assert!(statuses.all(|status| status == "LISTENING"), "{frame}");
     }
 }
 
 #[test]
 fn a_malformed_address_says_what_is_wrong() {
-    for (address, complaint) in [
-        (
-            "frame=morse",
-            "frame=morse: expected a frame's name, such as bin, crsf or own",
-        ),
-        (
-            "description=%FF",
-            "description=%FF: expected a description of up to 16384",
-        ),
-        (
-            "frame=own&description=length%20%3D%207%0Async%20%3D%20%22G%22",
-            "Line 2, column 8: ",
-        ),
-        ("lose=0.1", "lose=0.1: the address has no such key"),
-        ("frames=0", "frames=0: expected a number from 1 to 2000"),
-        ("payload=x", "payload=x: expected one of these"),
-        ("idle=perhaps", "idle=perhaps: expected on or off"),
-        ("edits=21", "edits=21: expected edits such as"),
-        ("edits=21d4", "edits=21d4: expected edits such as"),
-        ("edits=1i4\u{e4}", "expected edits such as"),
-        (
-            "bytes=4",
-            "bytes=4: word 1, '4', is not a whole number of bytes",
-        ),
-        ("at=-1", "at=-1: expected a number"),
-        ("colour=red", "colour=red: the address has no such key"),
-        ("deaf", "deaf: the address has no such key"),
+    let no_key = "the address has no such key";
+    let no_edits = "expected edits such as";
+    let no_text = "expected a description of up to 16384";
+    let no_frame = "expected a frame's name, such as bin, crsf or own";
+    let odd = "word 1, '4', is not a whole number of bytes";
+    for (pair, complaint) in [
+        ("frame=morse", no_frame),
+        ("description=%FF", no_text),
+        ("lose=0.1", no_key),
+        ("frames=0", "expected a number from 1 to 2000"),
+        ("payload=x", "expected one of these"),
+        ("idle=perhaps", "expected on or off"),
+        ("edits=21", no_edits),
+        ("edits=21d4", no_edits),
+        ("edits=1i4\u{e4}", no_edits),
+        ("bytes=4", odd),
+        ("at=-1", "expected a number"),
+        ("deaf", no_key),
     ] {
-        let error = Run::open(address).err().unwrap();
-        assert!(error.contains(complaint), "{address}: {error}");
+        let error = Run::open(pair).err().unwrap();
+        let expected = format!("{pair}: {complaint}");
+        assert!(error.starts_with(&expected), "{error}");
     }
 }
 
 #[test]
 fn the_first_fault_and_the_first_missed_frame_hold_the_page_and_are_explained() {
-    let run = decoded("frame=bin&payload=00414200&edits=21d");
-    let held = view(&run, 0, 0..0)["holds"].clone();
-    assert_eq!(held, json!([22, 35]));
-    let sentence = |position| {
-        let view = view(&run, position, 0..0);
-        view["sentence"].as_str().unwrap().to_owned()
+    let run = opened("payload=00414200&edits=21d");
+    assert_eq!(see(&run, 0, "/holds"), json!([22, 35]));
+    let lost = "41 is lost on the line. Nothing arrives, so no machine can notice it yet.";
+    assert_eq!(see(&run, 22, "/sentence"), lost);
+    let says = |run: &Run, position, text| {
+        let sentence = see(run, position, "/sentence");
+        sentence.as_str().unwrap().contains(text)
     };
-    assert_eq!(
-        sentence(22),
-        "41 is lost on the line. Nothing arrives, so no machine can notice it yet."
-    );
-    let missed = sentence(35);
-    assert!(missed.contains("A whole frame has arrived. The lecture's machine misses it: "));
-    assert!(missed.contains("framelock delivers a frame: pitch 65"));
-    assert!(!sentence(42).contains("misses"), "only the first one");
+    let missed = "A whole frame has arrived. The lecture's machine misses it: ";
+    assert!(says(&run, 35, missed));
+    assert!(says(&run, 35, "framelock delivers a frame: pitch 65"));
+    assert!(!says(&run, 42, "misses"), "only the first one");
 
     // With this payload, a receiver cannot know at which of two offsets the frames begin.
-    let ambiguous = decoded("frame=bin&payload=0D414280&edits=21d");
-    let held = view(&ambiguous, 0, 0..0)["holds"].clone();
-    let position = usize::try_from(held[1].as_u64().unwrap()).unwrap();
-    let told = view(&ambiguous, position, 0..0)["sentence"].clone();
-    assert!(
-        told.as_str()
-            .unwrap()
-            .contains("framelock misses it, because"),
-        "{told}"
-    );
+    let ambiguous = opened("payload=0D414280&edits=21d");
+    let held = see(&ambiguous, 0, "/holds/1").as_u64().unwrap();
+    let held = usize::try_from(held).unwrap();
+    assert!(says(&ambiguous, held, "framelock misses it, because"));
 
-    let perfect = decoded("frame=bin&payload=00414200");
-    assert_eq!(view(&perfect, 0, 0..0)["holds"], json!([]));
-}
-
-#[test]
-fn bytes_may_be_spelled_in_the_usual_ways() {
-    for bytes in ["0x41,0x42", "4142", "41 42", "41:42"] {
-        let run = decoded(&format!("bytes={bytes}"));
-        assert_eq!(arrivals(&run), [Some(0x41), Some(0x42)], "{bytes}");
-    }
+    let perfect = opened("payload=00414200");
+    assert_eq!(see(&perfect, 0, "/holds"), json!([]));
 }
 
 #[test]
@@ -610,7 +556,11 @@ fn every_key_is_written_as_it_is_read() {
         "frame=crsf&bytes=41420D",
         "frame=own&description=sync%20%3D%20%2224%22%0Alength%20%3D%203%20%23%20%25%26%2B%20%C3%A9&bytes=240102",
     ] {
-        assert_eq!(decoded(address).with("").as_deref(), Ok(address));
+        assert_eq!(opened(address).with("").as_deref(), Ok(address));
+    }
+    for bytes in ["0x41,0x42", "4142", "41 42", "41:42"] {
+        let written = opened(&format!("bytes={bytes}")).with("");
+        assert_eq!(written.as_deref(), Ok("frame=bin&bytes=4142"), "{bytes}");
     }
 }
 

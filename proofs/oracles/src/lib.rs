@@ -25,6 +25,7 @@ mod layout;
 mod line;
 mod outcome;
 mod parser;
+mod random;
 mod reader;
 mod stream;
 #[cfg(test)]
@@ -36,9 +37,10 @@ pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
 pub use layout::{LONGEST, interpret, layouts};
-pub use line::{broken, cut, faulty};
+pub use line::{ByteFaults, FaultRates, broken, cut, faulty};
 pub use outcome::Occurred;
 pub use parser::parser;
+pub use random::{Occurrences, Purpose, Seed, whole};
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
 

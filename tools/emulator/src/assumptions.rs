@@ -129,39 +129,11 @@ impl Assumptions {
     /// `lost_timeout`.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
-        let change = |name, change: fn(&mut Self)| (name, Self::default().with(change));
-        // Two deviations are left out. With `doubled_when_open`, firmware cannot distinguish the second ENDRX from the
-        // first one, so the firmware takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops
-        // the receiver. The firmware then waits longer before it starts the receiver again.
-        vec![
-            change("dma_lag", |a| a.dma_lag = LONGEST_LAG),
-            change("end_before_ready", |a| a.ready_lag = a.dma_lag),
-            change("ready_lag", |a| a.ready_lag = LATEST_READY),
-            change("ready_at_store", |a| a.ready_at_store = true),
-            change("ready_on_framing_error", |a| {
-                a.ready_on_framing_error = true;
-            }),
-            change("ready_on_overrun", |a| a.ready_on_overrun = true),
-            change("lost_ready", |a| a.lost_ready = 1),
-            change("doubled_ready", |a| a.doubled_ready = 1),
-            change("lost_end", |a| a.lost_end = 1),
-            change("doubled_end", |a| {
-                (a.doubled_end, a.double_lag) = (u32::MAX, 64);
-            }),
-            change("start_lag", |a| a.start_lag = LONGEST_LAG),
-            change("fifo", |a| a.fifo = 5),
-            change("overrun_drops_oldest", |a| a.overrun_drops_oldest = true),
-            change("overrun_at_start_bit", |a| a.overrun_at_start_bit = true),
-            change("any_write_clears", |a| a.any_write_clears = true),
-            change("causeless_timeout", |a| a.causeless_timeout = true),
-            change("start_drops_byte", |a| a.start_drops_byte = true),
-            change("start_twice_is_ignored", |a| {
-                a.start_twice_is_ignored = true;
-            }),
-            change("start_cuts_period", |a| a.start_cuts_period = true),
-            change("twice_is_once", |a| a.twice_is_once = true),
-            change("slowness", |a| a.slowness = 150),
-        ]
+        let deviations = DEVIATIONS.into_iter().map(|(name, deviate)| {
+            let deviation = Self::default().with(|all| deviate(all, &mut |most| most));
+            (name, deviation)
+        });
+        deviations.collect()
     }
 
     /// Returns the deviation with this name: see [`Self::each`].
@@ -171,9 +143,9 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations except `doubled_when_open`. The same seed always gives the same mix. Lags
-    /// are at most as long as in [`Assumptions::each`]. At most three RXDRDY and three ENDRX are lost. In a quarter of
-    /// the mixes, every RXTO after STOPRX is lost. Instructions take at most 1.5 times their default cycles.
+    /// Returns a random mix of all deviations except `doubled_when_open`. The same seed always gives the same mix.
+    /// Numbers are at most as large as in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in another
+    /// quarter every RXTO after STOPRX.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;
@@ -185,39 +157,60 @@ impl Assumptions {
             mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
             (mixed ^ mixed >> 31) % (most + 1)
         };
-        // In half of the mixes, the lag of EasyDMA is at most 64 cycles, so that both orders of RXDRDY and ENDRX are
-        // common.
-        let longest_lag = if up_to(1) == 1 { 64 } else { LONGEST_LAG };
-        let mut few = |most| u32::try_from(up_to(most)).unwrap_or_default();
-        let (lost_ready, doubled_ready, slower) = (few(3), few(3), few(50));
-        // Only one mix in four loses an ENDRX, because each lost ENDRX may also lose bytes.
-        let lost_end = few(3) / 3 * (1 + few(2));
-        let doubled_end = few(1) * u32::MAX;
-        Self {
-            dma_lag: up_to(longest_lag),
-            ready_lag: up_to(1) * up_to(LATEST_READY),
-            ready_at_store: up_to(1) == 1,
-            ready_on_framing_error: up_to(1) == 1,
-            ready_on_overrun: up_to(1) == 1,
-            lost_ready,
-            doubled_ready,
-            lost_end,
-            doubled_end,
-            double_lag: up_to(80),
-            start_lag: up_to(LONGEST_LAG),
-            fifo: 5 + usize::from(up_to(1) == 1),
-            overrun_drops_oldest: up_to(1) == 1,
-            overrun_at_start_bit: up_to(1) == 1,
-            any_write_clears: up_to(1) == 1,
-            causeless_timeout: up_to(1) == 1,
-            lost_timeout: if up_to(3) == 0 { u32::MAX } else { 0 },
-            start_drops_byte: up_to(1) == 1,
-            start_twice_is_ignored: up_to(1) == 1,
-            // If this field were true, a doubled ENDRX could lose a byte.
-            doubled_when_open: false,
-            start_cuts_period: up_to(1) == 1,
-            twice_is_once: up_to(1) == 1,
-            slowness: 100 + slower,
+        let mut mix = Self::default();
+        for (name, deviate) in DEVIATIONS {
+            // Each lost ENDRX may also lose bytes, so only one mix in four has one.
+            let rarity = if name == "lost_end" { 3 } else { 1 };
+            if up_to(rarity) == 0 {
+                deviate(&mut mix, &mut up_to);
+            }
         }
+        if up_to(3) == 0 {
+            mix.lost_timeout = u32::MAX;
+        }
+        mix
     }
+}
+
+/// Changes an assumption. The argument is a function that returns a number from 0 to its argument.
+type Deviate = fn(&mut Assumptions, &mut dyn FnMut(u64) -> u64);
+
+/// All deviations except two. With `doubled_when_open`, firmware cannot distinguish the second ENDRX from the first one,
+/// so the firmware takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops the receiver. The
+/// firmware then waits longer before it starts the receiver again.
+const DEVIATIONS: [(&str, Deviate); 21] = [
+    ("dma_lag", |a, up_to| a.dma_lag = up_to(LONGEST_LAG)),
+    ("end_before_ready", |a, _| a.ready_lag = a.dma_lag),
+    ("ready_lag", |a, up_to| a.ready_lag = up_to(LATEST_READY)),
+    ("ready_at_store", |a, _| a.ready_at_store = true),
+    ("ready_on_framing_error", |a, _| {
+        a.ready_on_framing_error = true;
+    }),
+    ("ready_on_overrun", |a, _| a.ready_on_overrun = true),
+    ("lost_ready", |a, up_to| a.lost_ready = few(up_to)),
+    ("doubled_ready", |a, up_to| a.doubled_ready = few(up_to)),
+    ("lost_end", |a, up_to| a.lost_end = few(up_to)),
+    ("doubled_end", |a, up_to| {
+        (a.doubled_end, a.double_lag) = (u32::MAX, up_to(80));
+    }),
+    ("start_lag", |a, up_to| a.start_lag = up_to(LONGEST_LAG)),
+    ("fifo", |a, _| a.fifo = 5),
+    ("overrun_drops_oldest", |a, _| a.overrun_drops_oldest = true),
+    ("overrun_at_start_bit", |a, _| a.overrun_at_start_bit = true),
+    ("any_write_clears", |a, _| a.any_write_clears = true),
+    ("causeless_timeout", |a, _| a.causeless_timeout = true),
+    ("start_drops_byte", |a, _| a.start_drops_byte = true),
+    ("start_twice_is_ignored", |a, _| {
+        a.start_twice_is_ignored = true;
+    }),
+    ("start_cuts_period", |a, _| a.start_cuts_period = true),
+    ("twice_is_once", |a, _| a.twice_is_once = true),
+    ("slowness", |a, up_to| {
+        a.slowness = 100 + u32::try_from(up_to(50)).expect("a small number");
+    }),
+];
+
+/// Returns a number of events to lose or to double.
+fn few(up_to: &mut dyn FnMut(u64) -> u64) -> u32 {
+    1 + u32::try_from(up_to(2)).expect("a small number")
 }

@@ -221,10 +221,11 @@ impl Board {
     /// Copies the core's state, and returns the active exception.
     fn see_core(&mut self) -> u16 {
         let registers = self.core.regs();
-        self.pc = registers.r.last().copied().unwrap_or_default();
+        let [.., pc] = registers.r;
+        self.pc = pc;
         self.it_state = registers.xpsr & xpsr::IT_MASK;
-        // The mask leaves nine bits, which fit into a `u16`.
-        self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
+        let exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION);
+        self.exception = exception.expect("the mask leaves nine bits");
         self.exception
     }
 
@@ -264,7 +265,7 @@ impl Board {
             self.reset_for(ResetCause::Lockup);
         }
         for (number, watch) in self.watches.iter_mut().enumerate() {
-            let value = self.memory.word(watch.address).unwrap_or_default();
+            let value = self.memory.word(watch.address).expect("in memory");
             if std::mem::replace(&mut watch.value, value) != value {
                 self.trace.changes.push(Change {
                     watch: number,
@@ -309,7 +310,7 @@ impl Board {
             drop(chip);
             return Err(self.refused(refusal, self.pc));
         }
-        let bit = std::mem::take(&mut chip.peripherals.watchdog.own.bit);
+        let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
         let lines = chip.interrupts();
         drop(chip);
         if bit {

@@ -93,8 +93,7 @@ impl Window {
     }
 
     fn address(&self, offset: u64) -> u32 {
-        // Cannot fail: offsets are inside the region, and the region's end fits into an address.
-        self.start + u32::try_from(offset).unwrap_or(u32::MAX)
+        self.start + u32::try_from(offset).expect("offsets are inside the region")
     }
 
     /// Rejects an access to less than a word, because registers are words.

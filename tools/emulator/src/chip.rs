@@ -6,7 +6,7 @@ use crate::clock::{Clock, RESETREAS_LOCKUP, RESETREAS_PIN, RESETREAS_SOFT, RESET
 use crate::error::{Access, Refusal};
 use crate::gpio::Gpio;
 use crate::memory::Memory;
-use crate::nonvolatile::{self, Nonvolatile, UNPROTECTED};
+use crate::nonvolatile::{CONFIG, UICR, Uicr, ficr, nvmc, temp};
 use crate::peripheral::{Common, Context, Peripheral};
 use crate::ppi::Ppi;
 use crate::pwm::Pwm;
@@ -23,7 +23,7 @@ const MOST_EVENTS: usize = 1000;
 pub(crate) struct Chip {
     pub(crate) context: Context,
     pub(crate) peripherals: Peripherals,
-    pub(crate) nonvolatile: Nonvolatile,
+    pub(crate) uicr: Uicr,
     /// Raised events whose shorts and PPI channels have not taken effect yet. Each entry is the peripheral's base and
     /// the event.
     raised: VecDeque<(u32, u32)>,
@@ -37,7 +37,7 @@ impl Chip {
         Self {
             context: Context::new(memory, line_pin),
             peripherals: Peripherals::new(),
-            nonvolatile: Nonvolatile::default(),
+            uicr: Uicr::default(),
             raised: VecDeque::new(),
             triggered: (0, Vec::new()),
         }
@@ -49,18 +49,21 @@ impl Chip {
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
-        new.clock.own.reset_reason = match cause {
-            ResetCause::Pin => old.clock.own.reset_reason | RESETREAS_PIN,
-            ResetCause::Watchdog => old.clock.own.reset_reason | RESETREAS_WATCHDOG,
-            ResetCause::Soft => old.clock.own.reset_reason | RESETREAS_SOFT,
-            ResetCause::Lockup => old.clock.own.reset_reason | RESETREAS_LOCKUP,
+        let reason = match cause {
+            ResetCause::Pin => RESETREAS_PIN,
+            ResetCause::Watchdog => RESETREAS_WATCHDOG,
+            ResetCause::Soft => RESETREAS_SOFT,
+            ResetCause::Lockup => RESETREAS_LOCKUP,
             ResetCause::BrownOut => 0,
         };
+        if cause != ResetCause::BrownOut {
+            new.clock.reset_reason = old.clock.reset_reason | reason;
+        }
         if matches!(cause, ResetCause::Soft | ResetCause::Lockup) {
             new.watchdog = old.watchdog;
         }
-        new.gpio.own.show(&mut self.context);
-        self.nonvolatile.reset();
+        new.gpio.show(&mut self.context);
+        self.uicr.reset();
     }
 
     /// Returns whether the task has already acted at this instant and must not act again.
@@ -81,11 +84,10 @@ impl Chip {
     fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
         if done.is_none() {
             let base = address & !0xFFF;
-            let unit = self.peripherals.at(base).map(|unit| unit.common.name);
-            let peripheral = unit.or(nonvolatile::name(base)).unwrap_or("peripheral");
+            let unit = self.peripherals.at(base).map(|unit| unit.common().name);
             self.context.refuse(Refusal::Unmodelled {
                 access,
-                peripheral,
+                peripheral: unit.unwrap_or(if base == UICR { "UICR" } else { "peripheral" }),
                 address,
             });
         }
@@ -100,9 +102,9 @@ impl Chip {
         act: impl FnOnce(&mut dyn Peripheral, &mut Context) -> Option<()>,
     ) -> Option<()> {
         let unit = self.peripherals.at(base)?;
-        let done = act(&mut unit.own, &mut self.context);
+        let done = act(unit, &mut self.context);
         for event in self.context.raised.drain(..) {
-            unit.common.raise(event);
+            unit.common().raise(event);
             self.raised.push_back((base, event));
         }
         done
@@ -112,9 +114,9 @@ impl Chip {
     pub(crate) fn read(&mut self, address: u32) -> Option<u32> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let value = match self.peripherals.at(base) {
-            Some(unit) if unit.common.owns(offset) => unit.common.read(offset),
-            Some(unit) => unit.own.read(offset, &self.context),
-            None => self.nonvolatile.read(base, offset),
+            Some(unit) => unit.read(offset, &self.context),
+            None if base == UICR => self.uicr.read(offset),
+            None => None,
         };
         self.check(value, Access::Read, address)
     }
@@ -122,19 +124,18 @@ impl Chip {
     /// Writes a register, as the firmware would. If the register is not modelled, records this and returns `None`.
     pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
-        let done = match self.peripherals.at(base) {
-            Some(unit) if unit.common.has_tasks && offset < 0x100 => {
-                if value & 1 == 1 {
-                    // `trigger` itself rejects unknown tasks.
-                    self.trigger(address);
-                }
-                Some(())
+        let done = if base == UICR {
+            if self.peripherals.nvmc[CONFIG] == 0 {
+                let how = "written while NVMC.CONFIG does not enable writing";
+                self.context.refuse(Refusal::misused("UICR", how));
             }
-            Some(unit) if unit.common.owns(offset) => unit.common.write(offset, value),
-            Some(_) => self.act(base, |peripheral, context| {
-                peripheral.write(offset, value, context)
-            }),
-            None => (self.nonvolatile).write(base, offset, value, &mut self.context),
+            self.uicr.write(offset, value)
+        } else if offset < 0x100 && value & 1 == 1 {
+            // `trigger` itself rejects unknown tasks.
+            self.trigger(address);
+            Some(())
+        } else {
+            self.act(base, |unit, context| unit.write(offset, value, context))
         };
         self.follow();
         self.check(done, Access::Write(value), address)
@@ -142,13 +143,13 @@ impl Chip {
 
     /// Returns whether the debug port is open on a chip of build code F or later.
     pub(crate) fn debug_port_is_open(&self) -> bool {
-        self.nonvolatile.protection == UNPROTECTED && self.peripherals.clock.own.opens_debug_port()
+        self.uicr.opens_debug_port() && self.peripherals.clock.opens_debug_port()
     }
 
     /// Triggers a task.
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
-        let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
+        let done = self.act(base, |unit, context| unit.task(offset, context));
         // If the task itself has recorded a refusal, `check` keeps the task's refusal, because this refusal is more
         // specific.
         self.check(done, Access::Task, address);
@@ -161,12 +162,13 @@ impl Chip {
             seen += 1;
             if seen > MOST_EVENTS {
                 self.raised.clear();
-                return self.context.refuse(Refusal::Loop(MOST_EVENTS));
+                let how = "too many events at one instant, so the channels form a loop";
+                return self.context.refuse(Refusal::misused("PPI", how));
             }
             let unit = self.peripherals.at(base).into_iter();
-            let shorted = unit.flat_map(|unit| unit.common.shorted(event));
+            let shorted = unit.flat_map(|unit| unit.common().shorted(event));
             let mut tasks: Vec<u32> = shorted.map(|task| base + task).collect();
-            tasks.extend(self.peripherals.ppi.own.tasks(base + event));
+            tasks.extend(self.peripherals.ppi.tasks(base + event));
             for task in tasks {
                 if !self.acts_no_more(task) {
                     self.trigger(task);
@@ -179,7 +181,7 @@ impl Chip {
     fn due(&mut self) -> Option<(u64, u32)> {
         let all = self.peripherals.all().into_iter();
         let line = &self.context.line;
-        all.filter_map(|unit| Some((unit.own.next(line)?, unit.base)))
+        all.filter_map(|unit| Some((unit.next(line)?, unit.common().base)))
             .min_by_key(|(at, _)| *at)
     }
 
@@ -194,8 +196,8 @@ impl Chip {
             }
             // Noise that a test adds can make an event due in the past. Such an event happens now.
             self.context.now = self.context.now.max(at);
-            self.act(base, |peripheral, context| {
-                peripheral.advance(context);
+            self.act(base, |unit, context| {
+                unit.advance(context);
                 Some(())
             });
             self.follow();
@@ -210,67 +212,55 @@ impl Chip {
     /// Returns the active interrupt lines, one bit for each. Bits 12 to 17 of a peripheral's address are the
     /// number of its line.
     pub(crate) fn interrupts(&mut self) -> u64 {
-        let units = self.peripherals.all().into_iter();
-        units
-            .filter(|unit| unit.common.interrupts())
-            .fold(0, |lines, unit| lines | 1 << (unit.base >> 12 & 0x3F))
+        let units = self.peripherals.all().into_iter().map(Peripheral::common);
+        let units = units.filter(|common| common.interrupts());
+        units.fold(0, |lines, common| lines | 1 << (common.base >> 12 & 0x3F))
     }
 }
 
-/// A peripheral and its base address.
-#[derive(Debug)]
-pub(crate) struct Unit<P: ?Sized> {
-    /// The address of its first register.
-    pub(crate) base: u32,
-    /// The peripheral's events, shorts and interrupts.
-    pub(crate) common: Common,
-    pub(crate) own: P,
-}
-
-impl<P: Peripheral> Unit<P> {
-    fn at(base: u32, own: P) -> Self {
-        let common = own.common();
-        Self { base, common, own }
-    }
-}
-
-/// The peripherals that have tasks, events or pins.
+/// The peripherals, except UICR.
 #[derive(Debug)]
 pub(crate) struct Peripherals {
-    pub(crate) clock: Unit<Clock>,
-    uarte0: Unit<Reception>,
-    uarte1: Unit<Transmission>,
-    pub(crate) watchdog: Unit<Watchdog>,
-    pwm: Unit<Pwm>,
-    rtc: Unit<Rtc>,
-    pub(crate) timers: [Unit<Timer>; 5],
-    pub(crate) ppi: Unit<Ppi>,
-    pub(crate) gpio: Unit<Gpio>,
+    pub(crate) clock: Clock,
+    uarte0: Reception,
+    uarte1: Transmission,
+    pub(crate) watchdog: Watchdog,
+    pwm: Pwm,
+    rtc: Rtc,
+    pub(crate) timers: [Timer; 5],
+    ppi: Ppi,
+    gpio: Gpio,
+    ficr: Common,
+    temp: Common,
+    nvmc: Common,
 }
 
 impl Peripherals {
     /// Returns all peripherals as they are after power-on.
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self {
-            clock: Unit::at(0x4000_0000, Clock::default()),
-            uarte0: Unit::at(0x4000_2000, Reception::new()),
-            uarte1: Unit::at(0x4002_8000, Transmission::new()),
-            watchdog: Unit::at(0x4001_0000, Watchdog::default()),
-            pwm: Unit::at(0x4001_C000, Pwm::default()),
-            rtc: Unit::at(0x4001_1000, Rtc::new()),
+            clock: Clock::new(),
+            uarte0: Reception::new(),
+            uarte1: Transmission::new(),
+            watchdog: Watchdog::new(),
+            pwm: Pwm::new(),
+            rtc: Rtc::new(),
             timers: [
-                Unit::at(0x4000_8000, Timer::new("TIMER0", 4)),
-                Unit::at(0x4000_9000, Timer::new("TIMER1", 4)),
-                Unit::at(0x4000_A000, Timer::new("TIMER2", 4)),
-                Unit::at(0x4001_A000, Timer::new("TIMER3", 6)),
-                Unit::at(0x4001_B000, Timer::new("TIMER4", 6)),
+                Timer::new("TIMER0", 0x4000_8000, 4),
+                Timer::new("TIMER1", 0x4000_9000, 4),
+                Timer::new("TIMER2", 0x4000_A000, 4),
+                Timer::new("TIMER3", 0x4001_A000, 6),
+                Timer::new("TIMER4", 0x4001_B000, 6),
             ],
-            ppi: Unit::at(0x4001_F000, Ppi::default()),
-            gpio: Unit::at(0x5000_0000, Gpio::default()),
+            ppi: Ppi::new(),
+            gpio: Gpio::new(),
+            ficr: ficr(),
+            temp: temp(),
+            nvmc: nvmc(),
         }
     }
 
-    pub(crate) fn all(&mut self) -> [&mut Unit<dyn Peripheral>; 13] {
+    fn all(&mut self) -> [&mut dyn Peripheral; 16] {
         let [timer0, timer1, timer2, timer3, timer4] = &mut self.timers;
         [
             &mut self.clock,
@@ -286,11 +276,15 @@ impl Peripherals {
             timer4,
             &mut self.ppi,
             &mut self.gpio,
+            &mut self.ficr,
+            &mut self.temp,
+            &mut self.nvmc,
         ]
     }
 
     /// Returns the peripheral whose registers begin at `base`.
-    pub(crate) fn at(&mut self, base: u32) -> Option<&mut Unit<dyn Peripheral>> {
-        self.all().into_iter().find(|unit| unit.base == base)
+    fn at(&mut self, base: u32) -> Option<&mut dyn Peripheral> {
+        let mut all = self.all().into_iter();
+        all.find_map(|unit| (unit.common().base == base).then_some(unit))
     }
 }

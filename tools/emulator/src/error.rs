@@ -57,24 +57,17 @@ pub enum Error {
 }
 
 /// An action on an address.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Access {
     /// Reading the register.
+    #[error("read of")]
     Read,
     /// Writing this value.
+    #[error("write of {0:#x} to")]
     Write(u32),
     /// Triggering the task, by PPI or a short.
+    #[error("task of")]
     Task,
-}
-
-impl std::fmt::Display for Access {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Read => write!(formatter, "read of"),
-            Self::Write(value) => write!(formatter, "write of {value:#x} to"),
-            Self::Task => write!(formatter, "task of"),
-        }
-    }
 }
 
 /// An action of the firmware that is not modelled, or that the product specification forbids or
@@ -99,10 +92,6 @@ pub enum Refusal {
         peripheral: &'static str,
         how: &'static str,
     },
-    #[error("UICR at {address:#010x}: written while NVMC.CONFIG does not enable writing")]
-    UicrNotWritable { address: u32 },
-    #[error("PPI: more than {0} events at one instant; the channels form a loop")]
-    Loop(usize),
 }
 
 impl Refusal {

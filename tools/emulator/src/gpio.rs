@@ -1,131 +1,104 @@
-//! GPIO ports P0 and P1: nRF52840 Product Specification, section "GPIO".
+//! GPIO ports P0 and P1: nRF52840 Product Specification, section "GPIO". Outputs are set by OUTSET, OUTCLR and `PIN_CNF`
+//! only.
 
 use crate::peripheral::{Common, Context, Peripheral};
 use crate::trace::Pins;
 
-const OUT: u32 = 0x504;
 const OUTSET: u32 = 0x508;
 const OUTCLR: u32 = 0x50C;
 const IN: u32 = 0x510;
-const DIR: u32 = 0x514;
-const DIRSET: u32 = 0x518;
-const DIRCLR: u32 = 0x51C;
 const PIN_CNF: u32 = 0x700;
 const PIN_CNF_LAST: u32 = 0x77C;
 /// The offset of P1's registers from P0's, in the same block.
 const P1: u32 = 0x300;
 
-/// Both ports.
-#[derive(Clone, Debug, Default)]
+/// Both ports: the pins of P0, and then those of P1.
+#[derive(Debug)]
 pub(crate) struct Gpio {
-    ports: [Port; 2],
-}
-
-/// One port of 32 pins.
-#[derive(Clone, Debug)]
-struct Port {
-    out: u32,
-    dir: u32,
-    /// `PIN_CNF` without its lowest bit, which is stored in DIR.
-    configuration: [u32; 32],
-}
-
-impl Default for Port {
-    fn default() -> Self {
-        Self {
-            out: 0,
-            dir: 0,
-            // After a reset, the input buffers are disconnected.
-            configuration: [2; 32],
-        }
-    }
-}
-
-impl Port {
-    /// Returns the value of IN. The argument has the pins that are driven from outside the chip, and the levels of
-    /// these pins. A pin is read only if its input buffer is connected. An output then reads its own level. An input
-    /// reads the level from outside, or the level of its pull-up if nothing drives the pin.
-    fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
-        let pins = |are: fn(u32) -> bool| {
-            let configurations = (0..32).zip(self.configuration);
-            let pins = configurations.filter(|(_, configuration)| are(*configuration));
-            pins.fold(0, |pins, (pin, _)| pins | 1 << pin)
-        };
-        let inputs = levels & driven | pins(pulls_up) & !driven;
-        let buffered = pins(|configuration| configuration & 2 == 0);
-        (self.out & self.dir | inputs & !self.dir) & buffered
-    }
-
-    fn read(&self, offset: u32, outside: (u32, u32)) -> Option<u32> {
-        Some(match offset {
-            OUT | OUTSET | OUTCLR => self.out,
-            IN => self.levels(outside),
-            DIR | DIRSET | DIRCLR => self.dir,
-            PIN_CNF..=PIN_CNF_LAST => {
-                let pin = (offset - PIN_CNF) / 4;
-                self.configuration.get(pin as usize)? | (self.dir >> pin & 1)
-            }
-            _ => return None,
-        })
-    }
-
-    fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        match offset {
-            OUT => self.out = value,
-            OUTSET => self.out |= value,
-            OUTCLR => self.out &= !value,
-            DIR => self.dir = value,
-            DIRSET => self.dir |= value,
-            DIRCLR => self.dir &= !value,
-            // SENSE (bits 16 and 17) is for wake-up and GPIOTE, which are not modelled.
-            PIN_CNF..=PIN_CNF_LAST if value & 0x3_0000 == 0 => {
-                let pin = (offset - PIN_CNF) / 4;
-                *self.configuration.get_mut(pin as usize)? = value & !1;
-                self.dir = self.dir & !(1 << pin) | (value & 1) << pin;
-            }
-            _ => return None,
-        }
-        Some(())
-    }
+    common: Common,
+    out: u64,
+    /// `PIN_CNF`, whose lowest bit makes the pin an output.
+    configuration: [u32; 64],
 }
 
 impl Gpio {
+    pub(crate) fn new() -> Self {
+        Self {
+            common: Common::new("GPIO", 0x5000_0000, &[], &[], &[]),
+            out: 0,
+            // After a reset, the input buffers are disconnected.
+            configuration: [2; 64],
+        }
+    }
+
+    /// Returns the pins that have such a configuration.
+    fn pins(&self, are: fn(u32) -> bool) -> u64 {
+        let configurations = (0..64).zip(self.configuration);
+        let pins = configurations.filter(|(_, configuration)| are(*configuration));
+        pins.fold(0, |pins, (pin, _)| pins | 1 << pin)
+    }
+
+    fn outputs(&self) -> u64 {
+        self.pins(|configuration| configuration & 1 == 1)
+    }
+
+    /// Returns the values of IN. A pin is read only if its input buffer is connected. An output then reads its own level.
+    /// An input reads the level of the line, if it is wired to the line, or otherwise the level of its pull-up.
+    fn levels(&self, context: &Context) -> u64 {
+        let line = u64::from(context.line.level_at(context.now)) << context.line_pin;
+        let inputs = line | self.pins(pulls_up) & !(1 << context.line_pin);
+        let buffered = self.pins(|configuration| configuration & 2 == 0);
+        let outputs = self.outputs();
+        (self.out & outputs | inputs & !outputs) & buffered
+    }
+
     /// Records the levels of the output pins, and sets an undriven line to the level of its pin's pull-up.
     pub(crate) fn show(&self, context: &mut Context) {
-        let port = self.ports.get(context.line_pin as usize / 32);
-        let pin = port.and_then(|port| port.configuration.get(context.line_pin as usize % 32));
-        let high = pin.is_some_and(|configuration| pulls_up(*configuration));
+        let high = self.pins(pulls_up) >> context.line_pin & 1 == 1;
         context.line.float(context.now, high);
         let pins = Pins {
-            outputs: self.ports.each_ref().map(|port| port.dir),
-            high: self.ports.each_ref().map(|port| port.out & port.dir),
+            outputs: ports(self.outputs()),
+            high: ports(self.out & self.outputs()),
         };
         if std::mem::replace(&mut context.pins, pins) != pins {
             context.pin_changes.push((context.now, pins));
         }
     }
+
+    fn configuration(&mut self, port: u32, offset: u32) -> Option<&mut u32> {
+        let pin = 32 * port + (offset - PIN_CNF) / 4;
+        self.configuration.get_mut(pin as usize)
+    }
 }
 
 impl Peripheral for Gpio {
-    fn common(&self) -> Common {
-        Common::registers_only("GPIO")
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
     fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
-        let (n, offset) = port(offset);
-        let (line_port, pin) = (context.line_pin / 32, context.line_pin % 32);
-        let outside = if line_port as usize == n {
-            let high = context.line.level_at(context.now);
-            (1 << pin, u32::from(high) << pin)
-        } else {
-            (0, 0)
+        let (port, offset) = place(offset);
+        let pins = match offset {
+            OUTSET | OUTCLR => self.out,
+            IN => self.levels(context),
+            PIN_CNF..=PIN_CNF_LAST => return self.configuration(port, offset).copied(),
+            _ => return None,
         };
-        self.ports.get(n)?.read(offset, outside)
+        ports(pins).get(port as usize).copied()
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
-        let (n, offset) = port(offset);
-        self.ports.get_mut(n)?.write(offset, value)?;
+        let (port, offset) = place(offset);
+        let pins = u64::from(value) << (32 * port);
+        match offset {
+            OUTSET => self.out |= pins,
+            OUTCLR => self.out &= !pins,
+            // SENSE (bits 16 and 17) is for wake-up and GPIOTE, which are not modelled.
+            PIN_CNF..=PIN_CNF_LAST if value & 0x3_0000 == 0 => {
+                *self.configuration(port, offset)? = value;
+            }
+            _ => return None,
+        }
         self.show(context);
         Some(())
     }
@@ -135,8 +108,14 @@ fn pulls_up(configuration: u32) -> bool {
     configuration >> 2 & 3 == 3
 }
 
+/// Returns the pins of P0 and of P1.
+#[expect(clippy::cast_possible_truncation, reason = "the two halves")]
+fn ports(pins: u64) -> [u32; 2] {
+    [pins as u32, (pins >> 32) as u32]
+}
+
 /// Returns the port's number, and the offset that the register has in P0.
-fn port(offset: u32) -> (usize, u32) {
+fn place(offset: u32) -> (u32, u32) {
     // P0's last register is at 0x77C, P1's first one at 0x804.
     if offset <= PIN_CNF_LAST {
         (0, offset)

@@ -20,22 +20,22 @@
 //!
 //! | Part | File | Modelled |
 //! | --- | --- | --- |
-//! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
+//! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, shorts, errors, sampled bit by bit |
 //! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
 //! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
 //! | TIMER0 to 4 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
 //! | RTC1 | `rtc.rs`, `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
-//! | PWM0 | `pwm.rs` | sequences from RAM, pulses on the pins |
+//! | PWM0 | `pwm.rs` | a sequence of one step from RAM, pulses on the pins |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
 //! | UICR, NVMC | `nonvolatile.rs` | writing words, switching the instruction cache (without effect) |
 //! | TEMP | `nonvolatile.rs` | writing the calibration (without effect) |
-//! | GPIO | `gpio.rs` | outputs, and the input buffer |
+//! | GPIO | `gpio.rs` | `PIN_CNF`, OUTSET, OUTCLR, IN |
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
-//! Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
+//! Only those registers are modelled that the firmware, the examples and the tests use. Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
 //! this section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
 //! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
@@ -86,7 +86,7 @@ pub use assumptions::Assumptions;
 pub use board::Board;
 pub use error::{Access, Error, Refusal, Result};
 pub use image::{Image, Symbol};
-pub use line::{Parity, SerialLine, Symbol as LineSymbol};
+pub use line::{SerialLine, Symbol as LineSymbol};
 pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};

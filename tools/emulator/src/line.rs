@@ -8,16 +8,6 @@ use std::collections::VecDeque;
 
 use crate::CYCLES_PER_SECOND;
 
-/// The parity bit of each character.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Parity {
-    /// No parity bit.
-    #[default]
-    None,
-    /// Even parity, the only kind that the nRF52840 has.
-    Even,
-}
-
 /// A signal that the sender can put on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symbol {
@@ -25,8 +15,6 @@ pub enum Symbol {
     Byte(u8),
     /// A byte whose stop bit is low, followed by a high bit: a framing error.
     BadStop(u8),
-    /// A byte with the wrong parity bit. Without parity, the same as [`Symbol::Byte`].
-    BadParity(u8),
     /// A low level for this number of bits, then a high level for one bit.
     Break(u32),
     /// A high level for this number of bits.
@@ -35,6 +23,7 @@ pub enum Symbol {
 
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "levels and settings")]
 pub struct SerialLine {
     /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.
@@ -44,7 +33,7 @@ pub struct SerialLine {
     /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
-    parity: Parity,
+    even_parity: bool,
     /// The instant at which the sender's bit 0 began, and the number of bits that the sender has sent since.
     origin: u64,
     bits: u64,
@@ -56,14 +45,13 @@ pub struct SerialLine {
 
 impl SerialLine {
     /// Creates a quiet line with a sender at 115200 baud, 8N1.
-    #[must_use]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             toggles: VecDeque::new(),
             level: true,
             sender_level: true,
             millibaud: 115_200_000,
-            parity: Parity::None,
+            even_parity: false,
             origin: 0,
             bits: 0,
             characters: VecDeque::new(),
@@ -96,9 +84,9 @@ impl SerialLine {
         self.millibaud = millibaud;
     }
 
-    /// Sets the sender's parity.
-    pub fn set_parity(&mut self, parity: Parity) {
-        self.parity = parity;
+    /// Lets the sender add an even parity bit to each character.
+    pub fn add_even_parity(&mut self) {
+        self.even_parity = true;
     }
 
     /// Returns the instant at which the sender will have sent all symbols so far, in cycles.
@@ -121,9 +109,8 @@ impl SerialLine {
         }
         let began = self.free_at();
         match symbol {
-            Symbol::Byte(byte) => self.character(byte, false, true),
-            Symbol::BadStop(byte) => self.character(byte, false, false),
-            Symbol::BadParity(byte) => self.character(byte, true, true),
+            Symbol::Byte(byte) => self.character(byte, true),
+            Symbol::BadStop(byte) => self.character(byte, false),
             Symbol::Break(bits) => {
                 self.hold(false, bits);
                 self.hold(true, 1);
@@ -136,13 +123,13 @@ impl SerialLine {
         self.free_at()
     }
 
-    fn character(&mut self, byte: u8, wrong_parity: bool, stop: bool) {
+    fn character(&mut self, byte: u8, stop: bool) {
         self.hold(false, 1);
         for bit in 0..8 {
             self.hold(byte >> bit & 1 == 1, 1);
         }
-        if self.parity == Parity::Even {
-            self.hold((byte.count_ones() % 2 == 1) != wrong_parity, 1);
+        if self.even_parity {
+            self.hold(byte.count_ones() % 2 == 1, 1);
         }
         self.hold(stop, 1);
         if !stop {
@@ -213,11 +200,5 @@ impl SerialLine {
             self.toggles.pop_front();
             self.level = !self.level;
         }
-    }
-}
-
-impl Default for SerialLine {
-    fn default() -> Self {
-        Self::new()
     }
 }

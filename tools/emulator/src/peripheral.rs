@@ -1,7 +1,9 @@
-//! The common parts of all peripherals: registers, tasks, events, shorts, interrupts.
+//! The common parts of all peripherals: plain registers, tasks, events, shorts, interrupts.
 //!
 //! nRF52840 Product Specification, section "Peripheral interface": tasks begin at offset 0x000, and events at 0x100.
 //! SHORTS is at 0x200. INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
+
+use std::ops::{Index, RangeInclusive};
 
 use crate::MICROSECOND;
 use crate::assumptions::Assumptions;
@@ -13,16 +15,19 @@ use crate::trace::{Period, Pins};
 /// HFXO's start-up time: at most 360 us, according to the section "64 MHz crystal oscillator (HFXO)".
 const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
-/// The behaviour that differs between peripherals. [`Common`] and the chip implement the rest.
+/// A peripheral. Its [`Common`] part has tables of its registers. The functions implement the rest.
 pub(crate) trait Peripheral {
-    /// Returns the peripheral's common state after a reset: name, events and shorts.
-    fn common(&self) -> Common;
+    fn common(&mut self) -> &mut Common;
 
     /// Reads a register. Returns `None` if the register is not modelled.
-    fn read(&mut self, offset: u32, context: &Context) -> Option<u32>;
+    fn read(&mut self, offset: u32, _context: &Context) -> Option<u32> {
+        self.common().load(offset)
+    }
 
     /// Writes a register. Returns `None` if the register or its value is not modelled.
-    fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()>;
+    fn write(&mut self, offset: u32, value: u32, _context: &mut Context) -> Option<()> {
+        self.common().store(offset, value)
+    }
 
     /// Triggers a task. Returns `None` if the task is not modelled.
     fn task(&mut self, _offset: u32, _context: &mut Context) -> Option<()> {
@@ -36,6 +41,13 @@ pub(crate) trait Peripheral {
 
     /// Performs the action that is due at `context.now`.
     fn advance(&mut self, _context: &mut Context) {}
+}
+
+/// A peripheral that has only plain registers.
+impl Peripheral for Common {
+    fn common(&mut self) -> &mut Common {
+        self
+    }
 }
 
 /// The state that peripherals share, and the chip's surroundings. Resets do not change this state.
@@ -96,126 +108,54 @@ impl Context {
     }
 }
 
-/// Registers that read back the value that was written: see [`registers!`].
-pub(crate) trait RegisterFile {
-    /// Writes a register if there is a new value. Returns the register's value afterwards, or `None` if the
-    /// register or its new value is not modelled.
-    fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32>;
+/// A register that reads back the value that was written: its offset, its value after a reset, and its modelled values.
+pub(crate) type Plain = (u32, u32, RangeInclusive<u32>);
+/// A short: its bit in SHORTS, the event, and the task that the event triggers.
+pub(crate) type Short = (u32, u32, u32);
 
-    fn read(&mut self, offset: u32) -> Option<u32> {
-        self.access(offset, None)
-    }
+/// The modelled values of a register for which every value is modelled.
+pub(crate) const ANY: RangeInclusive<u32> = 0..=u32::MAX;
+/// The modelled values of a register that cannot be written.
+#[expect(clippy::reversed_empty_ranges, reason = "no value")]
+pub(crate) const READ_ONLY: RangeInclusive<u32> = 1..=0;
 
-    fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        self.access(offset, Some(value)).map(|_| ())
-    }
-}
-
-/// Declares the struct `Registers`, with those registers of a peripheral that read back the value that was written.
-/// Each line has a register's offset, its field, its value after a reset, and its modelled values. An array has one
-/// register for each word.
-macro_rules! registers {
-    ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
-        #[derive(Clone, Debug)]
-        struct Registers {
-            $($(#[$doc])* $field: $type,)+
-        }
-
-        impl Default for Registers {
-            fn default() -> Self {
-                Self { $($field: $reset,)+ }
-            }
-        }
-
-        impl $crate::peripheral::RegisterFile for Registers {
-            fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32> {
-                $(
-                    let words = $crate::peripheral::Words::words(&mut self.$field);
-                    if let Some(word) = words.get_mut(offset.wrapping_sub($offset) as usize / 4) {
-                        if new.is_some_and(|new| !($values).contains(&new)) {
-                            return None;
-                        }
-                        *word = new.unwrap_or(*word);
-                        return Some(*word);
-                    }
-                )+
-                None
-            }
-        }
-    };
-}
-pub(crate) use registers;
-
-/// A field of one word or several words.
-pub(crate) trait Words {
-    fn words(&mut self) -> &mut [u32];
-}
-
-impl Words for u32 {
-    fn words(&mut self) -> &mut [u32] {
-        std::slice::from_mut(self)
-    }
-}
-
-impl<const N: usize> Words for [u32; N] {
-    fn words(&mut self) -> &mut [u32] {
-        self
-    }
-}
-
-impl Words for Vec<u32> {
-    fn words(&mut self) -> &mut [u32] {
-        self
-    }
-}
-
-/// A peripheral's events, shorts and interrupt enables.
+/// A peripheral's plain registers, events, shorts and interrupt enables.
 #[derive(Clone, Debug)]
 pub(crate) struct Common {
     /// The peripheral's name, for messages.
     pub(crate) name: &'static str,
-    pub(crate) has_tasks: bool,
+    /// The address of its first register.
+    pub(crate) base: u32,
     /// The events that exist. Bit n is the event at 0x100 + 4 n.
     existing: u32,
     raised: u32,
     enabled: u32,
-    raised_only_if_enabled: bool,
+    /// Whether events are raised only while their interrupts are enabled: section "RTC", "Event control feature".
+    pub(crate) raised_only_if_enabled: bool,
     modelled_shorts: Vec<Short>,
     shorts: u32,
+    plain: Vec<Plain>,
 }
 
-/// A short: its bit in SHORTS, the event, and the task that the event triggers.
-pub(crate) type Short = (u32, u32, u32);
-
 impl Common {
-    /// Creates the state after a reset, from the offsets of the events and the modelled shorts.
-    pub(crate) fn new(name: &'static str, events: &[u32], shorts: &[Short]) -> Self {
+    /// Creates the state after a reset, from the offsets of the events, the modelled shorts, and the plain registers.
+    pub(crate) fn new(
+        name: &'static str,
+        base: u32,
+        events: &[u32],
+        shorts: &[Short],
+        plain: &[Plain],
+    ) -> Self {
         Self {
             name,
-            has_tasks: true,
+            base,
             existing: events.iter().fold(0, |mask, event| mask | bit(*event)),
             raised: 0,
             enabled: 0,
             raised_only_if_enabled: false,
             modelled_shorts: shorts.to_vec(),
             shorts: 0,
-        }
-    }
-
-    /// Creates the state of a peripheral without tasks and events.
-    pub(crate) fn registers_only(name: &'static str) -> Self {
-        Self {
-            has_tasks: false,
-            ..Self::new(name, &[], &[])
-        }
-    }
-
-    /// Makes the peripheral raise events only while their interrupts are enabled: section "RTC", "Event control
-    /// feature".
-    pub(crate) fn raised_only_if_enabled(self) -> Self {
-        Self {
-            raised_only_if_enabled: true,
-            ..self
+            plain: plain.to_vec(),
         }
     }
 
@@ -232,36 +172,33 @@ impl Common {
         taken.map(|(.., task)| *task)
     }
 
-    fn modelled_shorts(&self) -> u32 {
-        let shorts = self.modelled_shorts.iter();
-        shorts.fold(0, |mask, (bit, ..)| mask | bit)
-    }
-
     /// Returns whether the interrupt line is active.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
     }
 
-    /// Returns whether the offset belongs to a register that every peripheral with events has.
-    pub(crate) fn owns(&self, offset: u32) -> bool {
-        self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
-    }
-
-    /// Reads a common register. Returns `None` if there is no such event.
-    pub(crate) fn read(&self, offset: u32) -> Option<u32> {
+    /// Reads a register. Returns `None` if the register is not in the tables.
+    pub(crate) fn load(&self, offset: u32) -> Option<u32> {
         match offset {
-            0x100..=0x17C => {
-                let mask = bit(offset);
-                (self.existing & mask != 0).then_some(u32::from(self.raised & mask != 0))
+            0x100..=0x17C if self.existing & bit(offset) != 0 => {
+                Some(u32::from(self.raised & bit(offset) != 0))
             }
-            0x200 => Some(self.shorts),
-            _ => Some(self.enabled),
+            0x200 if !self.modelled_shorts.is_empty() => Some(self.shorts),
+            0x300 | 0x304 | 0x308 if self.existing != 0 => Some(self.enabled),
+            _ => {
+                let mut plain = self.plain.iter();
+                plain
+                    .find(|(at, ..)| *at == offset)
+                    .map(|(_, value, _)| *value)
+            }
         }
     }
 
-    /// Writes a common register. Returns `None` if there is no such event or short.
-    pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        let existing = value & !self.existing == 0;
+    /// Writes a register. Returns `None` if the register is not in the tables, or its value is not modelled.
+    pub(crate) fn store(&mut self, offset: u32, value: u32) -> Option<()> {
+        let shorts = self.modelled_shorts.iter();
+        let modelled_shorts = shorts.fold(0, |mask, (bit, ..)| mask | bit);
+        let are_events = self.existing != 0 && value & !self.existing == 0;
         match offset {
             0x100..=0x17C if self.existing & bit(offset) != 0 => {
                 // Writing 1 to an event has no effect.
@@ -269,13 +206,31 @@ impl Common {
                     self.raised &= !bit(offset);
                 }
             }
-            0x200 if value & !self.modelled_shorts() == 0 => self.shorts = value,
-            0x300 if existing => self.enabled = value,
-            0x304 if existing => self.enabled |= value,
-            0x308 => self.enabled &= !value,
-            _ => return None,
+            0x200 if value & !modelled_shorts == 0 => self.shorts = value,
+            0x300 if are_events => self.enabled = value,
+            0x304 if are_events => self.enabled |= value,
+            0x308 if self.existing != 0 => self.enabled &= !value,
+            _ => {
+                let mut plain = self.plain.iter_mut();
+                let (_, word, modelled) = plain.find(|(at, ..)| *at == offset)?;
+                if !modelled.contains(&value) {
+                    return None;
+                }
+                *word = value;
+            }
         }
         Some(())
+    }
+}
+
+/// The value of the plain register at an offset.
+impl Index<u32> for Common {
+    type Output = u32;
+
+    fn index(&self, offset: u32) -> &u32 {
+        let mut plain = self.plain.iter();
+        let found = plain.find(|(at, ..)| *at == offset);
+        found.map(|(_, value, _)| value).expect("a plain register")
     }
 }
 

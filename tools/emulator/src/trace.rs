@@ -1,5 +1,5 @@
 //! The record of events on the board, in the order in which they happened. Times are in cycles. Each
-//! run of an exception handler is recorded with its instructions and cycles, from entry to return.
+//! run of an exception handler is recorded with its cycles, from entry to return.
 
 use crate::MICROSECOND;
 
@@ -17,18 +17,6 @@ pub enum ResetCause {
     Lockup,
     /// The supply was too low for a moment: [`crate::Board::brown_out`].
     BrownOut,
-}
-
-impl std::fmt::Display for ResetCause {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Pin => "pin",
-            Self::Watchdog => "watchdog",
-            Self::Soft => "soft",
-            Self::Lockup => "lockup",
-            Self::BrownOut => "brown-out",
-        })
-    }
 }
 
 /// The levels of the output pins.
@@ -82,8 +70,6 @@ pub struct Activation {
     pub exception: u16,
     /// The instant of entry: the beginning of stacking.
     pub at: u64,
-    /// The number of executed instructions.
-    pub instructions: u64,
     /// The number of cycles, including stacking and unstacking.
     pub cycles: u64,
 }
@@ -173,15 +159,13 @@ impl Handlers {
         self.active.push(Activation {
             exception,
             at,
-            instructions: 0,
             cycles,
         });
     }
 
-    /// Adds an instruction to the running handler's count, if a handler is running.
+    /// Adds cycles to the running handler, if a handler is running.
     fn charge(&mut self, cycles: u64) {
         if let Some(running) = self.active.last_mut() {
-            running.instructions += 1;
             running.cycles += cycles;
         }
     }

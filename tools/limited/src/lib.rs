@@ -2,19 +2,19 @@
 //! a test that waits for the output or the end of such a process would hang for ever.
 
 use std::io::{self, Read, Write};
-use std::process::{
-    Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio,
-};
-use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::Duration;
+
+use shared_child::SharedChild;
 
 /// The usual limit. No process of a test takes a tenth of this time on an idle computer.
 pub const LIMIT: Duration = Duration::from_secs(60);
 
-/// How long a wait sleeps until it asks again whether the process has ended.
-const POLL: Duration = Duration::from_millis(2);
+/// How long a child of an ended process may hold the process's output.
+const HELD: Duration = Duration::from_secs(5);
 
 /// A process that is killed at its time limit, or when this value is dropped. At the limit, reads from its pipes end,
 /// and `wait` returns an exit status that is not a success.
@@ -26,22 +26,7 @@ pub struct Process {
     pub stdout: Option<ChildStdout>,
     /// The pipe from standard error, unless the test has taken it.
     pub stderr: Option<ChildStderr>,
-    child: Arc<Mutex<Child>>,
-    /// When this sender is dropped, the thread that watches the time ends.
-    _watched: Sender<()>,
-}
-
-fn locked(child: &Mutex<Child>) -> MutexGuard<'_, Child> {
-    child.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Kills the process if it still runs.
-fn end(child: &Mutex<Child>) -> bool {
-    let mut child = locked(child);
-    let runs = matches!(child.try_wait(), Ok(None));
-    // The error means that the process has ended in the meantime.
-    let _ = child.kill();
-    runs
+    child: Arc<SharedChild>,
 }
 
 impl Process {
@@ -58,32 +43,28 @@ impl Process {
     /// # Errors
     /// Returns an error if the process does not start.
     pub fn start_within(limit: Duration, command: &mut Command) -> io::Result<Self> {
-        let mut child = command.spawn()?;
-        let name = format!("{command:?}");
-        let (stdin, stdout, stderr) =
-            (child.stdin.take(), child.stdout.take(), child.stderr.take());
-        let child = Arc::new(Mutex::new(child));
-        let (watched, end_of_test) = mpsc::channel();
-        let same = Arc::clone(&child);
+        let child = Arc::new(SharedChild::spawn(command)?);
+        let (watched, name) = (Arc::clone(&child), format!("{command:?}"));
+        // This thread ends with the process, at the latest at the limit.
         thread::spawn(move || {
-            let over = end_of_test.recv_timeout(limit);
-            if over == Err(RecvTimeoutError::Timeout) && end(&same) {
+            if matches!(watched.wait_timeout(limit), Ok(None)) {
+                // The error means that the process has ended in the meantime.
+                let _ = watched.kill();
                 eprintln!("killed after {limit:?}: {name}");
             }
         });
         Ok(Self {
-            stdin,
-            stdout,
-            stderr,
+            stdin: child.take_stdin(),
+            stdout: child.take_stdout(),
+            stderr: child.take_stderr(),
             child,
-            _watched: watched,
         })
     }
 
     /// Returns the process's number.
     #[must_use]
     pub fn id(&self) -> u32 {
-        locked(&self.child).id()
+        self.child.id()
     }
 
     /// Returns the exit status, or `None` if the process still runs.
@@ -91,7 +72,7 @@ impl Process {
     /// # Errors
     /// Returns an error if the system does not tell.
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
-        locked(&self.child).try_wait()
+        self.child.try_wait()
     }
 
     /// Closes standard input, and waits for the process to end.
@@ -100,13 +81,7 @@ impl Process {
     /// Returns an error if the system does not tell.
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         drop(self.stdin.take());
-        loop {
-            // Unlock while this thread sleeps, so that the process can be killed.
-            if let Some(status) = self.try_wait()? {
-                return Ok(status);
-            }
-            thread::sleep(POLL);
-        }
+        self.child.wait()
     }
 
     /// Kills the process.
@@ -114,7 +89,7 @@ impl Process {
     /// # Errors
     /// Returns an error if the process cannot be killed.
     pub fn kill(&mut self) -> io::Result<()> {
-        locked(&self.child).kill()
+        self.child.kill()
     }
 
     /// Writes the input to the process, and waits for its end. Returns its output.
@@ -123,16 +98,21 @@ impl Process {
     /// Returns an error if the output cannot be read.
     pub fn feed(mut self, input: &[u8]) -> io::Result<Output> {
         let stdin = self.stdin.take();
-        let (stdout, stderr) = (reader(self.stdout.take()), reader(self.stderr.take()));
+        let (stdout, stderr) = (read(self.stdout.take()), read(self.stderr.take()));
         let status = thread::scope(|scope| {
             // The process may end before it has read everything, so ignore the error.
             scope.spawn(move || stdin.is_some_and(|mut stdin| stdin.write_all(input).is_ok()));
             self.wait()
         })?;
+        let bytes = |pipe: Receiver<io::Result<Vec<u8>>>| {
+            let held = "a child of the process still holds its output";
+            let read = pipe.recv_timeout(HELD);
+            read.unwrap_or_else(|_| Err(io::Error::other(held)))
+        };
         Ok(Output {
             status,
-            stdout: stdout.bytes()?,
-            stderr: stderr.bytes()?,
+            stdout: bytes(stdout)?,
+            stderr: bytes(stderr)?,
         })
     }
 
@@ -147,15 +127,14 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        end(&self.child);
-        let _ = locked(&self.child).wait();
+        // The errors mean that the process has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
-/// The bytes that a thread reads from a pipe.
-struct Reading(mpsc::Receiver<io::Result<Vec<u8>>>);
-
-fn reader(pipe: Option<impl Read + Send + 'static>) -> Reading {
+/// Starts a thread that reads a pipe to its end, and then sends the bytes.
+fn read(pipe: Option<impl Read + Send + 'static>) -> Receiver<io::Result<Vec<u8>>> {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -163,19 +142,7 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Reading {
         // The test has already failed if nobody receives.
         let _ = sender.send(read.map(|_| bytes));
     });
-    Reading(receiver)
-}
-
-impl Reading {
-    /// Returns the bytes. The process has ended, but one of its children may hold the pipe open.
-    fn bytes(self) -> io::Result<Vec<u8>> {
-        let read = self.0.recv_timeout(Duration::from_secs(5));
-        read.unwrap_or_else(|_| {
-            Err(io::Error::other(
-                "a child of the process still holds its output",
-            ))
-        })
-    }
+    receiver
 }
 
 /// A command that is run to its end.
@@ -205,7 +172,8 @@ pub fn run_within(limit: Duration, command: &mut Command, input: &[u8]) -> io::R
     Process::start_within(limit, command)?.feed(input)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use std::time::Instant;
 

@@ -35,7 +35,11 @@ impl<'a> Sources<'a> {
     pub(crate) fn new(packages: &'a [String]) -> Result<Self> {
         let metadata = MetadataCommand::new().no_deps().exec()?;
         let target = metadata.target_directory.join("prove").into_std_path_buf();
-        let stand_in = metadata.workspace_root.join(STAND_IN);
+        let mut stand_in = metadata.workspace_root.join(STAND_IN);
+        if !stand_in.exists() {
+            // The workspace is another project's.
+            stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/stand-in/Cargo.toml").into();
+        }
         let stand_in = flags_for(stand_in.as_str(), &target.join("stand-in"))?;
         Ok(Self {
             packages,

@@ -37,6 +37,13 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
             .arg("--elf")
             .arg(images.join(format!("{name}.elf")));
     }
+    if arguments.iter().any(|one| one == "--help" || one == "-h") {
+        println!(
+            "`cargo xtask emulate` runs the emulator with the options below. It builds the firmware and gives the \
+             emulator\nits ELF, unless you choose another with --elf. It also shows each setpoint. Example:\n\n  \
+             cargo xtask emulate --input pty\n"
+        );
+    }
     become_program(emulator)
 }
 

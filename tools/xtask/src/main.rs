@@ -1,6 +1,7 @@
 //! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
 //! theorems.
 
+mod board;
 mod bugs;
 mod emulate;
 mod firmware;
@@ -8,6 +9,7 @@ mod interface;
 mod kani;
 mod planted;
 mod prove;
+mod slow_proofs;
 mod test_count;
 #[cfg(test)]
 mod tests;
@@ -31,8 +33,11 @@ enum Task {
     Prove(prove::Arguments),
     Bugs(bugs::Arguments),
     Firmware(firmware::Arguments),
+    /// Make framelock-c.zip and framelock-arduino.zip, the archives for C and Arduino, in target/archives
+    Archives,
     Emulate(emulate::Arguments),
     Web(web::Arguments),
+    Board(board::Arguments),
     #[command(hide = true)]
     Interface(interface::Arguments),
     /// Check that contradictory settings of the firmware do not compile
@@ -59,7 +64,9 @@ fn run(task: &Task) -> Result<bool> {
         Task::Prove(arguments) => return prove::prove(workspace, arguments),
         Task::Bugs(arguments) => bugs::bugs(workspace, arguments)?,
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
+        Task::Archives => workspace::run(&mut workspace.script(&["archives"]))?,
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
+        Task::Board(arguments) => return board::board(workspace, arguments),
         Task::Web(arguments) => web::web(workspace, arguments)?,
         Task::Interface(arguments) => interface::interface(arguments)?,
         Task::Contradictions => firmware::contradictions(workspace)?,

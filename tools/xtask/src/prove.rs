@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use clap::ValueEnum;
 use framelock_limited::Process;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
+use crate::slow_proofs::SlowProofs;
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
@@ -36,13 +37,19 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Check only the harnesses with this name. If no harness has the name, check those whose names contain it
+    /// Check only the harness with this name, or the harnesses of the theorem with this number. If there is neither,
+    /// check the harnesses whose names contain NAME
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
     /// Check the proofs about the receivers in C instead, with the offline prover
     #[arg(long = "c", conflicts_with_all = ["engine", "list"])]
     of_c: bool,
+
+    /// Check only the slow harnesses, which proofs/slow-harnesses.toml lists. Without this option, they are checked if
+    /// the sources have changed since their last proof
+    #[arg(long, conflicts_with_all = ["harnesses", "of_c", "list"])]
+    slow: bool,
 
     /// Time limit for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
@@ -76,7 +83,26 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
         list(&prover)?;
         return Ok(true);
     }
-    Ok(report(&prover.check(&arguments.harnesses)?))
+    if arguments.of_c || !arguments.harnesses.is_empty() {
+        let names = prover.with_theorems(&arguments.harnesses)?;
+        return Ok(report(&prover.check(&names)?));
+    }
+    let slow = SlowProofs::load(&prover.root)?;
+    let names = if arguments.slow {
+        slow.harnesses.clone()
+    } else if slow.are_current() {
+        println!("stage note: {}", slow.skipped());
+        let mut names = prover.list()?;
+        names.retain(|name| !slow.contains(name));
+        names
+    } else {
+        Vec::new()
+    };
+    let all_hold = report(&prover.check(&names)?);
+    if all_hold {
+        slow.record()?;
+    }
+    Ok(all_hold)
 }
 
 /// Prints each theorem with the harnesses that it names.
@@ -164,6 +190,25 @@ impl Prover {
         self.offline("list", &[])
     }
 
+    /// Returns the names, with each number of a theorem replaced by the names of the theorem's harnesses.
+    fn with_theorems(&self, names: &[String]) -> Result<Vec<String>> {
+        let theorems = theorems(&self.root)?;
+        let mut all = Vec::new();
+        for name in names {
+            let rows = theorems.iter().filter(|row| row.number() == name);
+            let rows: Vec<_> = rows.collect();
+            if rows.is_empty() {
+                all.push(name.clone());
+                continue;
+            }
+            let mut shown = self.list()?;
+            shown.retain(|one| rows.iter().any(|row| row.is_shown_by(one)));
+            ensure!(!shown.is_empty(), "theorem {name} has no harness here");
+            all.extend(shown);
+        }
+        Ok(all)
+    }
+
     /// Checks the harnesses that the names choose.
     pub(crate) fn check(&self, names: &[String]) -> Result<Vec<Answer>> {
         match self.engine {
@@ -198,8 +243,11 @@ impl Prover {
         };
         let prover = Process::start_within(limit, command.stdout(Stdio::piped()))?;
         let output = prover.wait_with_output()?;
-        serde_json::from_slice(&output.stdout)
-            .context("the offline prover gave no answer; see above")
+        ensure!(
+            !output.stdout.is_empty(),
+            "the offline prover gave no answer; see above"
+        );
+        serde_json::from_slice(&output.stdout).context("not an answer of the offline prover")
     }
 
     fn offline_command(&self) -> Command {

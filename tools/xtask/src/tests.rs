@@ -1,7 +1,8 @@
-//! Tests of the guides: links, and tables of measured figures.
+//! Tests of the guides (links, and tables of measured figures) and of the archives for C and Arduino.
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use crate::workspace::{Workspace, files, links};
 
@@ -82,4 +83,35 @@ fn a_table_gets_the_rows_of_its_name() {
     let made = with_figures(page, "a\t1\t2\nb\t3\na\t4\t\n");
     let expected = page.replace("| old | row |", "| 1 | 2 |\n| 4 |  |");
     assert_eq!(made, expected);
+}
+
+#[test]
+fn the_archives_for_c_and_arduino_contain_every_header() {
+    let workspace = Workspace::load().expect("cargo knows this workspace");
+    let output = workspace.script(&["archives"]).output().expect("sh");
+    assert!(output.status.success(), "{output:?}");
+    let headers = files(&workspace.root.join("c/headers")).expect("readable folders");
+    let unpacked = workspace.target.join("archives/unpacked");
+    for (archive, folder, also) in [
+        ("framelock-c.zip", "headers", "CMakeLists.txt"),
+        (
+            "framelock-arduino.zip",
+            "framelock/src",
+            "framelock/library.properties",
+        ),
+    ] {
+        let mut unzip = Command::new("python3");
+        unzip.args(["-m", "zipfile", "-e"]);
+        unzip.arg(workspace.target.join("archives").join(archive));
+        assert!(unzip.arg(&unpacked).status().expect("python3").success());
+        assert!(unpacked.join(also).is_file(), "{archive} has no {also}");
+        for header in &headers {
+            let name = header.file_name().expect("a file has a name");
+            let copy = fs::read(unpacked.join(folder).join(name)).expect("in the archive");
+            assert!(
+                copy == fs::read(header).expect("readable"),
+                "{archive}: {name:?}"
+            );
+        }
+    }
 }

@@ -48,6 +48,11 @@ pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
 }
 
 impl Theorem {
+    /// Returns the theorem's number, such as `13b`.
+    pub(crate) fn number(&self) -> &str {
+        self.title.split(' ').next().unwrap_or(&self.title)
+    }
+
     /// Returns whether the row names this harness or a module that contains it.
     pub(crate) fn is_shown_by(&self, harness: &str) -> bool {
         self.names.iter().any(|name| is_named(harness, name))

@@ -87,7 +87,6 @@ pub(crate) fn cargo_in(folder: &Path) -> Command {
 }
 
 /// Returns all files in the folder and in its subfolders except `target`, in a fixed order.
-#[cfg(test)]
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     ensure!(folder.exists(), "there is no {}", folder.display());
     if folder.is_file() {

@@ -14,8 +14,6 @@
     reason = "Embassy's macro uses `_spawner`"
 )]
 
-mod handler;
-
 use core::{cell::RefCell, ptr::NonNull};
 
 use defmt::{info, unwrap, warn};
@@ -28,7 +26,7 @@ use embassy_nrf::{bind_interrupts, pac, peripherals, timer, uarte};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use framelock::LineEvent;
 use framelock::motion::{Failsafe, FailsafeParameters};
-use handler::Reception;
+use framelock_example_handlers::embassy::Reception;
 use {defmt_rtt as _, panic_probe as _};
 
 bind_interrupts!(struct Interrupts {

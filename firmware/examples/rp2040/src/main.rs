@@ -15,8 +15,6 @@
     reason = "Embassy's macro uses `_spawner`"
 )]
 
-mod handler;
-
 use core::cell::RefCell;
 
 use defmt::{info, unwrap, warn};
@@ -66,7 +64,7 @@ async fn main(_spawner: Spawner) {
             if let Err(event) = read {
                 warn!("{}", event);
             }
-            handler::take(&mut line, read, |setpoint| {
+            framelock_example_handlers::rp2040::take(&mut line, read, |setpoint| {
                 failsafe.borrow_mut().frame(setpoint);
             });
         }

@@ -11,8 +11,6 @@
 #![no_std]
 #![no_main]
 
-mod handler;
-
 use {defmt_rtt as _, panic_probe as _};
 
 #[rtic::app(device = nrf52840_hal::pac, dispatchers = [SWI0_EGU0])]
@@ -24,7 +22,7 @@ mod app {
     use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
     use rtic_monotonics::nrf::timer::prelude::*;
 
-    use crate::handler::Reception;
+    use framelock_example_handlers::rtic::Reception;
 
     nrf_timer0_monotonic!(Mono, 1_000_000);
     /// The byte in RAM to which the UARTE writes.

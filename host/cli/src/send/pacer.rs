@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// If a frame is late by at most this time, the next frames are sent sooner to catch up. If a frame is later than that,
 /// the process or the line was held up. All later deadlines are then postponed, so that the motion does not rush.
-pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
+const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// A number of frames per second.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -28,11 +28,6 @@ impl Rate {
     )]
     pub(super) fn frames_in(self, seconds: f64) -> u32 {
         (f64::from(self.0.get()) * seconds).round().max(1.0) as u32
-    }
-
-    /// Returns the due times of all frames.
-    pub(super) fn dues(self) -> impl Iterator<Item = Duration> {
-        (0..).map(move |number| self.due(number))
     }
 }
 
@@ -153,7 +148,7 @@ pub(super) mod tests {
                 return false;
             }
             self.waits.push(time);
-            self.now = self.now.max(time) + self.late.pop_front().unwrap_or_default();
+            self.now = self.now.max(time) + self.late.pop_front().unwrap_or(Duration::ZERO);
             true
         }
     }

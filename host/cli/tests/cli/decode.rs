@@ -1,120 +1,77 @@
 //! Tests of `framelock decode` with pipes and files, and on Linux with a serial port.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::time::{Duration, Instant, SystemTime};
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::process::{ChildStdin, ChildStdout};
+use std::time::Duration;
 
-use crate::process::{CLEAN, complaint, described, run, shown, signal, start, written};
+use framelock_description::SHIPPED;
+use framelock_limited::Process;
+use framelock_proofs::reference;
+use framelock_receiving::Protocol;
+use framelock_simulation::examples;
+use rand::seq::{IndexedMutRandom, IndexedRandom};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use crate::process::{CLEAN, described, run, shown, start, written};
+
+/// A decoder whose input is still open.
+struct Decoding<W> {
+    input: W,
+    child: Process,
+    rows: Lines<BufReader<ChildStdout>>,
+}
+
+impl<W: Write> Decoding<W> {
+    /// Returns the next row, which arrives while the input is still open.
+    fn next_row(&mut self) -> String {
+        self.rows.next().unwrap().unwrap()
+    }
+
+    /// Writes bytes into the input, and returns the row that they complete.
+    fn row_of(&mut self, bytes: &[u8]) -> String {
+        self.input.write_all(bytes).unwrap();
+        self.next_row()
+    }
+}
+
+/// Starts a decoder that reads from a pipe.
+fn piped(arguments: &[&str]) -> Decoding<ChildStdin> {
+    let mut child = start(&[&["decode"], arguments].concat());
+    Decoding {
+        input: child.stdin.take().unwrap(),
+        rows: BufReader::new(child.stdout.take().unwrap()).lines(),
+        child,
+    }
+}
 
 #[test]
-fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
-    let mut child = start(&["decode", "--timestamps", "--format=csv"]);
-    let mut input = child.stdin.take().unwrap();
-    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
-    let began = Instant::now();
-    let mut times = Vec::new();
-    for pause in [0, 30] {
+fn frames_of_a_stream_have_times() {
+    let mut decoding = piped(&["--timestamps", "--format=csv"]);
+    assert_eq!(decoding.next_row(), "time,offset,pitch,roll,yaw");
+    let times = [0, 30].map(|pause| {
         std::thread::sleep(Duration::from_millis(pause));
-        input.write_all(&CLEAN).unwrap();
-        let mut row = rows.next().unwrap().unwrap();
-        if row == "time,offset,pitch,roll,yaw" {
-            row = rows.next().unwrap().unwrap();
-        }
-        let (time, _) = row.split_once(',').unwrap();
-        times.push(time.parse::<f64>().unwrap());
-    }
-    drop(input);
-    assert!(child.wait().unwrap().success());
+        let row = decoding.row_of(&CLEAN);
+        row.split_once(',').unwrap().0.parse::<f64>().unwrap()
+    });
     assert!(times[1] - times[0] > 0.02, "{times:?}");
-    assert!(times[1] - times[0] <= began.elapsed().as_secs_f64());
-    // With `--timestamps=unix`, the other formats contain the time since 1970.
-    let object = shown(&["decode", "--timestamps=unix"], CLEAN);
-    let seconds = object.strip_prefix("{\"time\":").unwrap();
-    let (seconds, _) = seconds.split_once(',').unwrap();
-    let since = SystemTime::UNIX_EPOCH.elapsed().unwrap().as_secs_f64();
-    assert!((seconds.parse::<f64>().unwrap() - since).abs() < 60.0);
+    assert!(times[1] < 60.0, "{times:?}");
+    drop(decoding.input);
+    assert!(decoding.child.wait().unwrap().success());
+    let object = shown(&["decode", "--timestamps"], CLEAN);
+    assert!(object.starts_with("{\"time\":0."), "{object}");
     let columns = shown(&["decode", "--timestamps", "--format=text"], CLEAN);
-    assert!(
-        columns.contains(" s  byte          6   pitch 127"),
-        "{columns}"
-    );
-
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(&CLEAN).unwrap();
-    let name = file.path().to_str().unwrap();
-    let told = complaint(run(&["decode", "--timestamps", name], ""));
-    assert!(
-        told.contains("does not record when its bytes arrived"),
-        "{told}"
-    );
-}
-
-#[test]
-fn if_only_other_kinds_of_frames_arrive_a_line_says_so() {
-    let ack = b"\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38";
-    let only = |names| {
-        let output = run(&["decode", "--frame=ubx", "--only", names], ack);
-        assert!(output.status.success());
-        String::from_utf8(output.stderr).unwrap()
-    };
-    assert_eq!(
-        only("NAV-PVT,ACK-NAK"),
-        "framelock: frames of ubx: 1, but none of them is NAV-PVT or ACK-NAK\n"
-    );
-    assert_eq!(only("ACK-ACK"), "");
-}
-
-#[test]
-fn offsets_count_from_the_beginning_of_the_stream() {
-    // The stream is longer than any buffer, and frames cross the ends of buffers.
-    let frames = 200_000;
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(b"???").unwrap();
-    file.write_all(&CLEAN.repeat(frames)).unwrap();
-    let rows = shown(
-        &["decode", "--format=csv", file.path().to_str().unwrap()],
-        b"",
-    );
-    let offsets = rows.lines().skip(1);
-    assert_eq!(offsets.clone().count(), frames);
-    for (frame, row) in offsets.enumerate() {
-        assert_eq!(row, format!("{},127,200,74", 3 + 7 * frame + 6));
-    }
-}
-
-#[test]
-#[cfg(unix)]
-fn setpoints_are_written_before_the_stream_ends_and_ctrl_c_writes_the_summary() {
-    let mut child = start(&["decode", "--summary=-"]);
-    let mut input = child.stdin.take().unwrap();
-    let mut output = BufReader::new(child.stdout.take().unwrap());
-    for offset in [6, 13, 20] {
-        input.write_all(&CLEAN).unwrap();
-        let mut line = String::new();
-        output.read_line(&mut line).unwrap();
-        let expected = format!("{{\"offset\":{offset},\"pitch\":127,\"roll\":200,\"yaw\":74}}\n");
-        assert_eq!(line, expected);
-    }
-    signal(&child, "-INT");
-    let mut summary = String::new();
-    output.read_to_string(&mut summary).unwrap();
-    assert!(summary.starts_with("{\"bytes\":21,"), "{summary}");
-    assert_eq!(summary.lines().count(), 1);
-    assert_eq!(child.wait().unwrap().code(), Some(0));
-    drop(input);
+    let place = " s  byte          6   pitch 127";
+    assert!(columns.contains(place), "{columns}");
 }
 
 #[test]
 fn after_a_pause_whole_frames_that_follow_a_false_start_are_delivered() {
-    let mut child = start(&["decode", "--frame=ubx", "--idle-gap=20"]);
-    let mut input = child.stdin.take().unwrap();
-    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
-    input
-        .write_all(b"\xB5\x62\x01\x07\x5C\x00\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38")
-        .unwrap();
-    // The rows arrive while the input is still open.
-    assert!(rows.next().unwrap().unwrap().starts_with("{\"offset\":15,"));
-    drop(input);
-    assert!(child.wait().unwrap().success());
+    let mut decoding = piped(&["--frame=ubx", "--idle-gap=20"]);
+    let late = b"\xB5\x62\x01\x07\x5C\x00\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38";
+    let row = decoding.row_of(late);
+    assert!(row.starts_with("{\"offset\":15,"), "{row}");
 }
 
 /// Two kinds of frames that begin with the same byte. The first kind is longer.
@@ -133,87 +90,150 @@ fields = [ { name = 'a', at = 1, type = 'u8' }, { name = 'b', at = 2, type = 'u8
 #[test]
 fn frames_of_a_later_kind_are_delivered_after_each_pause_and_at_the_end() {
     let (_folder, kinds) = described(KINDS);
-    let mut child = start(&["decode", &kinds, "--idle-gap=20", "--format=csv"]);
-    let mut input = child.stdin.take().unwrap();
-    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    let short = b"\xAA\x01\x02\xAD";
+    let mut decoding = piped(&[&kinds, "--idle-gap=20", "--format=csv"]);
+    assert_eq!(decoding.next_row(), "offset,length,kind,a,b");
     for offset in [3, 7, 11] {
-        input.write_all(b"\xAA\x01\x02\xAD").unwrap();
-        // The row arrives while the input is still open.
-        let mut row = rows.next().unwrap().unwrap();
-        if row == "offset,length,kind,a,b" {
-            row = rows.next().unwrap().unwrap();
-        }
-        assert_eq!(row, format!("{offset},4,short,1,2"));
+        assert_eq!(decoding.row_of(short), format!("{offset},4,short,1,2"));
     }
-    drop(input);
-    assert!(child.wait().unwrap().success());
-    let at_end = shown(&["decode", &kinds, "--format=csv"], b"\xAA\x01\x02\xAD");
+    let at_end = shown(&["decode", &kinds, "--format=csv"], short);
     assert_eq!(at_end, "offset,length,kind,a,b\n3,4,short,1,2\n");
-    let made = written(&["encode", &kinds], at_end);
-    assert_eq!(made, b"\xAA\x01\x02\xAD");
+    assert_eq!(written(&["encode", &kinds], at_end), short);
+}
+
+/// Returns noise with many false starts and some frames. The stream may end inside a frame.
+fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut stream = Vec::new();
+    for _ in 0..random.random_range(0..2_000) {
+        let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
+        if random.random_ratio(1, 3) {
+            stream.extend(frame.encode_setpoint(bytes.into()));
+        } else {
+            stream.push(bytes[0]);
+        }
+    }
+    stream.truncate(stream.len() - random.random_range(0..=stream.len().min(7)));
+    stream
+}
+
+/// Compares every row and the summary with the results of the naive reference.
+fn agrees<F: reference::NaiveFormat>(name: &str, policy: &str) {
+    let frame = Protocol::named(name).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for _ in 0..40 {
+        let stream = noise(&frame, &mut random);
+        let mut expected = b"offset,pitch,roll,yaw\n".to_vec();
+        let (mut frames, mut decided) = (0, 0);
+        reference::whole_buffer::<F>(&stream, |found| {
+            decided += found.bytes();
+            if let Some([pitch, roll, yaw]) = found.message() {
+                writeln!(expected, "{},{pitch},{roll},{yaw}", decided - 1).unwrap();
+                frames += 1;
+            }
+        });
+        // The end of the stream discards the pending bytes.
+        let (bytes, length) = (stream.len(), F::LENGTH);
+        let discarded = bytes - frames * length;
+        write!(
+            expected,
+            "{{\"bytes\":{bytes},\"frame_length\":{length},\"frames\":{frames},\"discarded\":{discarded},\"pending\":0,"
+        )
+        .unwrap();
+        let arguments = ["decode", "--frame", name, "--policy", policy];
+        let output = run(
+            &[&arguments[..], &["--format=csv", "--summary=-"]].concat(),
+            &stream,
+        );
+        assert!(output.stdout.starts_with(&expected), "{stream:?}");
+    }
+}
+
+#[test]
+fn every_machine_agrees_with_the_reference() {
+    agrees::<reference::Bin>("bin", "framelock");
+    agrees::<reference::Lecture>("bin", "lecture");
+    agrees::<reference::BinCrc8>("bin-crc8", "framelock");
+}
+
+/// Alters, removes or adds a byte in one of 20 frames.
+fn with_noise(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let noisy = frames.iter().map(|frame| {
+        let mut frame = frame.clone();
+        match random.random_range(0..60) {
+            0 => frame.push(random.random()),
+            1 => *frame.choose_mut(random).unwrap() ^= 1 << random.random_range(0..8),
+            2 => drop(frame.remove(random.random_range(0..frame.len()))),
+            _ => {}
+        }
+        frame
+    });
+    noisy.flatten().collect()
+}
+
+/// [`written`] fails if there is a message. The cases in `tests/cases/decode.md` have a stream for each hint.
+#[test]
+fn streams_of_shipped_frames_get_no_hint_even_with_some_noise() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for (name, _) in SHIPPED {
+        let discarded = |stream: &[u8]| {
+            let arguments = ["decode", "--frame", name, "--format=none", "--summary=-"];
+            let summary: Value = serde_json::from_slice(&written(&arguments, stream)).unwrap();
+            assert_eq!(summary["bytes"], stream.len());
+            usize::try_from(summary["discarded"].as_u64().unwrap()).unwrap()
+        };
+        let protocol = Protocol::named(name).unwrap();
+        let frames: Vec<Vec<u8>> = examples(&protocol.description, 7).take(300).collect();
+        assert_eq!(discarded(&frames.concat()), 0, "{name}");
+        for _ in 0..3 {
+            let stream = with_noise(&frames, &mut random);
+            assert!(5 * discarded(&stream) < stream.len(), "{name}");
+        }
+    }
 }
 
 #[cfg(target_os = "linux")]
 mod at_a_serial_port {
     use std::fs::{self, File};
-    use std::io::{BufRead, BufReader, Read, Write};
+    use std::io::{BufRead, BufReader, Write};
     use std::os::unix::fs::symlink;
-    use std::process::ChildStdout;
+    use std::path::Path;
 
-    use framelock_limited::Process;
-    use rustix::io::ioctl_fionread;
     use rustix::termios::{ControlModes, tcgetattr};
 
+    use super::Decoding;
     use crate::process::{CLEAN, complaint, feed, signal, start};
     use crate::pseudo_terminal::{line, read_exactly};
 
-    /// A decoder that has already printed the header and a frame.
-    struct Decoding {
-        far_end: File,
-        /// The test keeps this end open, because the pseudo-terminal would otherwise count as disconnected.
-        near_end: File,
-        port: String,
-        child: Process,
-        output: BufReader<ChildStdout>,
-    }
-
-    fn decoding(arguments: &[&str]) -> Decoding {
+    /// Starts a decoder at a port. The decoder has already printed the header and a frame. The second file is the
+    /// port's near end. A test keeps it open, because the pseudo-terminal would otherwise count as disconnected.
+    fn decoding(path: Option<&Path>, arguments: &[&str]) -> (Decoding<File>, File, String) {
         let (far_end, near_end, port) = line();
+        let port = path.map_or(port.clone(), |path| {
+            symlink(&port, path).unwrap();
+            path.to_str().unwrap().to_owned()
+        });
         let mut child = start(&[&["decode", &port, "--format=csv"], arguments].concat());
-        let output = BufReader::new(child.stdout.take().unwrap());
-        let mut session = Decoding {
-            far_end,
-            near_end,
-            port,
+        let mut decoding = Decoding {
+            input: far_end,
+            rows: BufReader::new(child.stdout.take().unwrap()).lines(),
             child,
-            output,
         };
-        session.far_end.write_all(&CLEAN).unwrap();
-        assert_eq!(session.next_line(), "offset,pitch,roll,yaw\n");
-        assert_eq!(session.next_line(), "6,127,200,74\n");
-        session
-    }
-
-    impl Decoding {
-        fn next_line(&mut self) -> String {
-            let mut line = String::new();
-            self.output.read_line(&mut line).unwrap();
-            line
-        }
+        assert_eq!(decoding.row_of(&CLEAN), "offset,pitch,roll,yaw");
+        assert_eq!(decoding.next_row(), "6,127,200,74");
+        (decoding, near_end, port)
     }
 
     #[test]
     fn setpoints_are_written_as_they_arrive_until_ctrl_c() {
-        let mut session = decoding(&["--summary=-", "--baud=57600"]);
+        let (mut decoding, _near_end, _) = decoding(None, &["--summary=-", "--baud=57600"]);
         for offset in [13, 20, 27] {
             // Every byte must arrive unchanged, although a terminal would alter some bytes.
-            session.far_end.write_all(&CLEAN).unwrap();
-            assert_eq!(session.next_line(), format!("{offset},127,200,74\n"));
+            assert_eq!(decoding.row_of(&CLEAN), format!("{offset},127,200,74"));
         }
-        signal(&session.child, "-INT");
-        let summary = session.next_line();
+        signal(&mut decoding.child, "-INT");
+        let summary = decoding.next_row();
         assert!(summary.starts_with("{\"bytes\":28,\"frame_length\":7,\"frames\":4,"));
-        let ended = session.child.wait_with_output().unwrap();
+        let ended = decoding.child.wait_with_output().unwrap();
         assert_eq!((ended.status.code(), ended.stderr), (Some(0), vec![]));
     }
 
@@ -222,89 +242,76 @@ mod at_a_serial_port {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("capture.bin");
         let option = format!("--record={}", file.display());
-        let mut session = decoding(&[&option]);
-        session.far_end.write_all(b"noise").unwrap();
-        session.far_end.write_all(&CLEAN).unwrap();
-        assert_eq!(session.next_line(), "18,127,200,74\n");
-        let expected = [&CLEAN[..], b"noise", &CLEAN].concat();
+        let (mut decoding, _near_end, _) = decoding(None, &[&option]);
+        let more = [&b"noise"[..], &CLEAN].concat();
+        assert_eq!(decoding.row_of(&more), "18,127,200,74");
+        let expected = [&CLEAN[..], &more].concat();
         assert_eq!(fs::read(&file).unwrap(), expected);
-        signal(&session.child, "-INT");
-        session.child.wait().unwrap();
-        let told = complaint(feed(start(&["decode", &option]), &CLEAN));
-        assert!(told.contains("name a file that does not exist"), "{told}");
+        let error = complaint(feed(start(&["decode", &option]), &CLEAN));
+        assert!(error.contains("name a file that does not exist"), "{error}");
         assert_eq!(fs::read(&file).unwrap(), expected);
     }
 
     /// A pseudo-terminal has no parity bit, but it stores the parity setting.
     #[test]
     fn the_port_is_set_as_the_options_say() {
+        let (stop_bits, odd) = (ControlModes::CSTOPB, ControlModes::PARODD);
         for (options, modes) in [
             (&[][..], ControlModes::empty()),
-            (&["--stop-bits=2"], ControlModes::CSTOPB),
-            (
-                &["--parity=odd", "--stop-bits=2"],
-                ControlModes::CSTOPB | ControlModes::PARODD,
-            ),
+            (&["--stop-bits=2"], stop_bits),
+            (&["--parity=odd", "--stop-bits=2"], stop_bits | odd),
             (&["--parity=even"], ControlModes::empty()),
         ] {
-            let mut session = decoding(options);
-            let settings = tcgetattr(&session.near_end).unwrap();
-            let all = ControlModes::CSTOPB | ControlModes::PARODD;
-            assert_eq!(settings.control_modes & all, modes, "{options:?}");
-            session.child.kill().unwrap();
-            session.child.wait().unwrap();
+            let (_decoding, near_end, _) = decoding(None, options);
+            let settings = tcgetattr(&near_end).unwrap();
+            assert_eq!(
+                settings.control_modes & (stop_bits | odd),
+                modes,
+                "{options:?}"
+            );
         }
     }
 
     #[test]
     fn a_disconnection_is_reported_with_its_offset() {
-        let mut session = decoding(&[]);
-        drop(session.far_end);
-        let mut rest = String::new();
-        session.output.read_to_string(&mut rest).unwrap();
-        assert_eq!(rest, "");
-        let told = complaint(session.child.wait_with_output().unwrap());
-        let port = session.port;
+        let (mut decoding, _near_end, port) = decoding(None, &[]);
+        drop(decoding.input);
+        assert!(decoding.rows.next().is_none());
+        let error = complaint(decoding.child.wait_with_output().unwrap());
         let expected =
             format!("framelock: cannot read {port} after byte 7: the serial port is gone");
-        assert!(told.starts_with(&expected), "{told}");
+        assert!(error.starts_with(&expected), "{error}");
     }
 
     #[test]
     fn a_port_that_comes_back_is_read_again_and_no_frame_reaches_across_the_gap() {
         let folder = tempfile::tempdir().unwrap();
-        let name = folder.path().join("port");
-        let [
-            (mut far_end, near_end, port),
-            (mut second, _near_end, second_port),
-        ] = [line(), line()];
-        symlink(port, &name).unwrap();
-        let path = name.to_str().unwrap();
-        let mut child = start(&["decode", path, "--format=csv", "--reconnect"]);
-        let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
-        let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
-        far_end.write_all(&CLEAN).unwrap();
-        far_end.write_all(&CLEAN[..4]).unwrap();
-        assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");
-        assert_eq!(rows.next().unwrap().unwrap(), "6,127,200,74");
-        fs::remove_file(&name).unwrap();
-        // Bytes that were not read yet are lost with the line.
-        while ioctl_fionread(&near_end).unwrap() > 0 {
+        let path = folder.path().join("port");
+        let (mut second, _second_near_end, second_port) = line();
+        let file = folder.path().join("capture.bin");
+        let record = format!("--record={}", file.display());
+        let (mut decoding, near_end, port) = decoding(Some(&path), &["--reconnect", &record]);
+        let mut messages = BufReader::new(decoding.child.stderr.take().unwrap()).lines();
+        decoding.input.write_all(&CLEAN[..4]).unwrap();
+        fs::remove_file(&path).unwrap();
+        // Bytes that were not read yet would be lost with the line.
+        while fs::read(&file).unwrap().len() < 11 {
+            assert!(decoding.child.try_wait().unwrap().is_none());
             std::thread::yield_now();
         }
-        drop((far_end, near_end));
-        let gone = told.next().unwrap().unwrap();
-        let expected = format!("UTC: cannot read {path} after byte 11: the serial port is gone");
+        drop((
+            std::mem::replace(&mut decoding.input, second.try_clone().unwrap()),
+            near_end,
+        ));
+        let gone = messages.next().unwrap().unwrap();
+        let expected = format!("UTC: cannot read {port} after byte 11: the serial port is gone");
         assert!(gone.contains(&expected), "{gone}");
-        symlink(second_port, &name).unwrap();
-        let back = told.next().unwrap().unwrap();
+        symlink(second_port, &path).unwrap();
+        let back = messages.next().unwrap().unwrap();
         assert!(back.ends_with("UTC: the port is back"), "{back}");
         // The second half of the interrupted frame must not complete the frame.
         second.write_all(&CLEAN[4..]).unwrap();
-        second.write_all(&CLEAN).unwrap();
-        assert_eq!(rows.next().unwrap().unwrap(), "20,127,200,74");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        assert_eq!(decoding.row_of(&CLEAN), "20,127,200,74");
     }
 
     #[test]
@@ -318,8 +325,8 @@ mod at_a_serial_port {
             &["send", path, "--wait", "--motion=step", "--rate=1000"],
         ] {
             let mut child = start(arguments);
-            let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
-            let waiting = told.next().unwrap().unwrap();
+            let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
+            let waiting = messages.next().unwrap().unwrap();
             assert!(
                 waiting.contains(&format!("waiting for {path}; ")),
                 "{waiting}"
@@ -341,13 +348,11 @@ mod at_a_serial_port {
 
     #[test]
     fn a_port_in_use_is_an_error() {
-        let mut session = decoding(&[]);
-        let told = complaint(feed(start(&["decode", &session.port]), b""));
+        let (_decoding, _near_end, port) = decoding(None, &[]);
+        let error = complaint(feed(start(&["decode", &port]), b""));
         assert!(
-            told.contains(&session.port) && told.contains("`framelock ports` lists"),
-            "{told}"
+            error.contains(&port) && error.contains("`framelock ports` lists"),
+            "{error}"
         );
-        session.child.kill().unwrap();
-        session.child.wait().unwrap();
     }
 }

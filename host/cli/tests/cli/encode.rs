@@ -4,17 +4,12 @@ use std::fs;
 use std::io::{Read, Write};
 
 use framelock::Encode;
-use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock_limited::RunToEnd as _;
+use framelock::motion::{Bin, Setpoint};
+use framelock_limited::{Process, RunToEnd as _};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::process::{described, framelock, shown, start, written};
-
-/// Runs `framelock encode`, which must succeed without messages, and returns the frames.
-fn encoded(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
-    written(&[&["encode"], arguments].concat(), input)
-}
+use crate::process::{complaint, feed, framelock, shown, start, written};
 
 fn frames(setpoints: &[[u8; 3]]) -> Vec<u8> {
     let frame = |&setpoint| Bin::encode(Setpoint::from(setpoint));
@@ -29,65 +24,60 @@ fn decoded_rows_can_be_encoded_again() {
     let stream = frames(&setpoints);
     for format in ["--format=jsonl", "--format=csv"] {
         let text = shown(&["decode", format], &stream);
-        assert!(encoded(&[], &text) == stream, "{format}");
-        let checked = encoded(&["--frame=bin-crc8"], &text);
-        let rows = shown(&["decode", "--frame=bin-crc8", "--format=csv"], checked);
-        assert!(encoded(&["--input-format=csv"], rows) == stream, "{format}");
+        assert!(written(&["encode"], &text) == stream, "{format}");
     }
 }
 
-/// The reserved byte has no meaning (clause F1 of docs/protocol.md), so the rows of `bin` do not contain it. A user's
-/// description may have a field for it.
 #[test]
-fn any_reserved_byte_is_accepted_and_zero_is_sent() {
-    let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];
-    let stream = (0..=255).flat_map(reserved).collect::<Vec<u8>>();
-    let rows = shown(&["decode"], &stream);
-    assert_eq!(rows.lines().count(), 256);
-    assert!(encoded(&[], &rows) == reserved(0).repeat(256));
-    let checked = encoded(&["--frame=bin-crc8"], &rows);
-    assert!(checked == BinCrc8::encode([127, 200, 74].into()).repeat(256));
-
-    let bin = shown(&["decode", "--describe"], "");
-    let fields = "fields = [{ name = 'reserved', at = 2, type = 'u8' },";
-    let (_folder, frame) = described(&bin.replace("fields = [", fields));
-    let rows = shown(&["decode", &frame], &stream);
-    assert!(rows.ends_with("\"reserved\":255,\"pitch\":127,\"roll\":200,\"yaw\":74}\n"));
-    assert!(encoded(&[&frame], rows) == stream);
+fn setpoints_may_have_many_notations() {
+    let two = frames(&[[1, 2, 3], [4, 5, 6]]);
+    for text in [
+        "1,2,3\n4,5,6\n",
+        "1,2,3\r\n4,5,6\r\n",
+        "1,2,3\n4,5,6",
+        " 1 , 2 , 3 \n\n\"4\",5,6\n",
+        "\n \n1,2,3\n  \t\n4,5,6\n \n,,\n",
+        "pitch,roll,yaw\n1,2,3\n4,5,6\n",
+        "\u{FEFF}pitch,roll,yaw\n1,2,3\n4,5,6\n",
+        "\u{FEFF}1,2,3\n4,5,6\n",
+        "\u{FEFF}# a motion, by hand\n\npitch,roll,yaw\n# begin\n1,2,3\n# \"go on\n4,5,6\n",
+        "time,yaw,roll,pitch,note\n6,3,2,1,\"a, b\"\n5,6,5,4,\"over\ntwo lines\"\n",
+        "{\"pitch\":1,\"roll\":2,\"yaw\":3}\n{\"pitch\":4,\"roll\":5,\"yaw\":6}\n",
+        "# two\n{\"pitch\":1,\"roll\":2,\"yaw\":3}\n# and\n{\"pitch\":4,\"roll\":5,\"yaw\":6}",
+        "\n \n{ \"yaw\": 3, \"roll\": 2, \"pitch\": 1, \"time\": \"x\" }\r\n\n{\"pitch\":4,\"roll\":5,\"yaw\":6}",
+        "\u{FEFF}{\"pitch\":1,\"roll\":2,\"yaw\":3}\n{\"pitch\":4,\"roll\":5,\"yaw\":6,\"more\":[{}]}\n",
+    ] {
+        assert_eq!(written(&["encode"], text), two, "{text}");
+    }
+    // An ignored column may contain bytes that are not UTF-8.
+    let latin_1 = b"pitch,roll,yaw,note\n1,2,3,H\xF6he\n4,5,6,\n";
+    assert_eq!(written(&["encode"], latin_1), two);
 }
 
 #[test]
 fn frames_are_written_before_the_rows_end() {
-    let row = |demand| format!("{{\"pitch\":{demand},\"roll\":2,\"yaw\":3}}\n");
-    for rows in [
-        [1, 2, 3].map(|demand| format!("{demand},2,3\n")),
-        [1, 2, 3].map(row),
+    for row in [
+        |demand: u8| format!("{demand},2,3\n"),
+        |demand| format!("{{\"pitch\":{demand},\"roll\":2,\"yaw\":3}}\n"),
     ] {
         let mut child = start(&["encode"]);
         let (mut input, mut output) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-        let text = rows.concat();
-        let mut rest = text.as_str();
         for demand in 1..=3 {
             // The end of a row arrives together with the beginning of the next row.
-            let length = rest.find('\n').unwrap() + 2;
-            let (piece, behind) = rest.split_at(length.min(rest.len()));
-            rest = behind;
+            let rows = row(demand) + &row(demand + 1);
+            let from = usize::from(demand > 1);
+            let piece = &rows[from..=row(demand).len()];
             input.write_all(piece.as_bytes()).unwrap();
             let mut frame = [0; 7];
             output.read_exact(&mut frame).unwrap();
             assert_eq!(frame.to_vec(), frames(&[[demand, 2, 3]]));
         }
-        drop(input);
-        assert!(child.wait().unwrap().success());
     }
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn a_terminal_gets_frames_only_if_it_is_named() {
-    use framelock_limited::Process;
-
-    use crate::process::{complaint, feed, framelock};
     use crate::pseudo_terminal::terminal;
 
     for (arguments, code) in [(&["encode"][..], 2), (&["encode", "--output=-"], 0)] {
@@ -117,22 +107,18 @@ fn frames_of_other_programs_are_decoded_and_encoded_again() {
     while let (Some(recording), Some(expected)) = (recordings.next(), recordings.next()) {
         let (frame, bytes) = recording.split_once(": ").unwrap();
         let stream = framelock_description::hex::parse(&[bytes]).unwrap();
-        let arguments = |command| vec![command, "--frame", frame];
+        let arguments = |command| [command, "--frame", frame];
         let decoded = shown(&arguments("decode"), &stream);
         assert_eq!(decoded, format!("{expected}\n"));
         // The stream is noise, a frame, a second frame with one wrong byte, and a third frame.
         let mut wrong = stream.clone();
         *wrong.last_mut().unwrap() ^= 0x55;
         let noisy = [&b"noise"[..], &stream, &wrong, &stream].concat();
-        let csv = shown(
-            &[arguments("decode"), vec!["--format=csv"]].concat(),
-            &noisy,
-        );
-        assert_eq!(csv.lines().count(), 3, "{frame}: {csv}");
-        let encoded = written(&arguments("encode"), &csv);
-        assert!(encoded == stream.repeat(2), "{frame}: {encoded:02X?}");
-        let json = shown(&arguments("decode"), &noisy);
-        assert!(written(&arguments("encode"), json) == stream.repeat(2));
+        for format in ["--format=csv", "--format=jsonl"] {
+            let rows = shown(&[&arguments("decode")[..], &[format]].concat(), &noisy);
+            let encoded = written(&arguments("encode"), &rows);
+            assert!(encoded == stream.repeat(2), "{frame}: {rows}");
+        }
         count += 1;
     }
     assert_eq!(count, 22);

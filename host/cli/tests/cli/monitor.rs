@@ -33,7 +33,7 @@ fn watching_port(
     // With a long hold time, the view does not become SILENT, however slow the computer is.
     let patient = [port, "--hold-after=1000000", "--ramp-after=1000000"];
     let mut monitor = AtTerminal::monitor(&[&patient, arguments].concat(), "", directory);
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     far_end.write_all(&CLEAN).unwrap();
     monitor.wait_for("LOCKED");
     monitor
@@ -76,13 +76,13 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
     monitor.type_key("q");
     let (behind, code) = monitor.end();
     assert_eq!(code, Some(0), "{behind}");
-    for told in [
+    for message in [
         "bytes 21, frames 2, bytes discarded 7,",
         "UTC: cannot read ",
         "after byte 11: the serial port is gone",
         "UTC: the port is back",
     ] {
-        assert!(behind.contains(told), "{behind}");
+        assert!(behind.contains(message), "{behind}");
     }
 }
 
@@ -100,7 +100,7 @@ fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
     let before = monitor.wait_for("waiting for port; ");
     assert!(!before.contains(ENTER), "the view comes with the port");
     symlink(port, directory.path().join("port")).unwrap();
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     far_end.write_all(&CLEAN).unwrap();
     monitor.wait_for("LOCKED");
     monitor.type_key("q");
@@ -115,7 +115,7 @@ fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
         let (mut monitor, far_end, near_end, port) = watching(Path::new("/"), &["--no-reconnect"]);
         let marks_errors = || {
             let settings = tcgetattr(&near_end);
-            settings.is_ok_and(|it| it.input_modes.contains(InputModes::PARMRK))
+            settings.is_ok_and(|settings| settings.input_modes.contains(InputModes::PARMRK))
         };
         assert!(marks_errors());
         let mut far_end = Some(far_end);
@@ -204,7 +204,7 @@ fn sent_frames_are_watched_over_a_serial_line() {
         (from, to)
     });
     let mut monitor = AtTerminal::monitor(&[&monitor_port], "", directory);
-    monitor.wait_for("help");
+    monitor.wait_for("pauses");
     let mut sender = framelock(&[
         "send",
         &sender_port,
@@ -237,7 +237,7 @@ fn an_error_is_reported_before_the_terminal_is_taken_over() {
         - < /dev/null => no terminal to read keys from"
         .lines()
     {
-        let (command, told) = case.trim().split_once(" => ").unwrap();
+        let (command, message) = case.trim().split_once(" => ").unwrap();
         let (arguments, redirected) = command.split_once(" < ").unwrap_or((command, ""));
         // Keys are read from the controlling terminal, even if standard input is something else.
         let (setsid, redirected) = match redirected {
@@ -249,6 +249,6 @@ fn an_error_is_reported_before_the_terminal_is_taken_over() {
         let monitor = AtTerminal::start(setsid, &arguments, &redirected, directory);
         let (all, code) = monitor.finish();
         assert_eq!(code, Some(2));
-        assert!(all.contains(told) && !all.contains(ENTER), "{all}");
+        assert!(all.contains(message) && !all.contains(ENTER), "{all}");
     }
 }

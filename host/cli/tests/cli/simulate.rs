@@ -12,9 +12,9 @@ fn shown(arguments: &[&str]) -> String {
 type Count = fn(&ReceiverTally) -> u64;
 
 /// Returns the numbers in the row with this name.
-fn row(shown: &str, name: &str) -> Vec<u64> {
-    let line = shown.lines().find_map(|line| line.strip_prefix(name));
-    let line = line.unwrap_or_else(|| panic!("no row '{name}' in\n{shown}"));
+fn row(table: &str, name: &str) -> Vec<u64> {
+    let line = table.lines().find_map(|line| line.strip_prefix(name));
+    let line = line.unwrap_or_else(|| panic!("no row {name:?} in\n{table}"));
     let numbers = line.split_whitespace();
     numbers.map(|word| word.parse().unwrap()).collect()
 }
@@ -77,13 +77,15 @@ fn the_tables_show_what_the_simulation_counts() {
         }
         assert_eq!(tally.receivers.len(), receivers);
         let counts: [(&str, Count); 7] = [
-            ("delivered", |it| it.delivered),
-            ("lost though intact", |it| it.lost_intact),
-            ("wrong setpoints", |it| it.wrong_setpoints),
-            ("false frames", |it| it.false_frames),
-            ("trials that end deaf", |it| it.deaf),
-            ("longest silence, ms", |it| it.longest_silence / 1_000),
-            ("failsafe engagements", |it| it.engagements),
+            ("delivered", |receiver| receiver.delivered),
+            ("lost though intact", |receiver| receiver.lost_intact),
+            ("wrong setpoints", |receiver| receiver.wrong_setpoints),
+            ("false frames", |receiver| receiver.false_frames),
+            ("trials that end deaf", |receiver| receiver.deaf),
+            ("longest silence, ms", |receiver| {
+                receiver.longest_silence / 1_000
+            }),
+            ("failsafe engagements", |receiver| receiver.engagements),
         ];
         for (name, count) in counts {
             let expected: Vec<u64> = tally.receivers.iter().map(count).collect();

@@ -5,7 +5,7 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::process::{complaint, described, run, text};
+use crate::process::{described, run, text};
 
 /// Byte sequences that a terminal acts on, some of them valid UTF-8 and some not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
@@ -86,23 +86,5 @@ fn control_characters_from_the_line_never_reach_the_terminal() {
                 );
             }
         }
-    }
-}
-
-#[test]
-fn errors_quote_the_input_without_its_control_characters() {
-    for (arguments, input) in [
-        (&["decode", "--input=hex"][..], "41 \x1B[2J"),
-        (&["trace", "--input=hex", "-"], "41 \u{202E}"),
-        (&["encode"], "pitch,roll,yaw\n\x1B[2J,2,3\n"),
-        (
-            &["encode"],
-            "{\"pitch\":\"\\u001b[2J\",\"roll\":1,\"yaw\":2}\n",
-        ),
-        (&["decode", "no\x1B[2J"], ""),
-    ] {
-        let told = complaint(run(arguments, input));
-        let told = told.strip_prefix("framelock: ").unwrap();
-        assert!(is_harmless(told) && told.contains('\\'), "{told:?}");
     }
 }

@@ -2,16 +2,20 @@
 
 use framelock_description::{Description, hex, shipped};
 
-/// Returns the values of the frames in a stream that consists of frames only.
-fn values(name: &str, frames: &[&str]) -> Vec<String> {
+use crate::values;
+
+/// Returns the values of frames.
+fn shown(name: &str, frames: &[&str]) -> Vec<String> {
     let description = Description::parse(name, shipped(name).unwrap()).unwrap();
     let values = frames.iter().map(|frame| {
         let frame = hex::parse(&[frame]).unwrap();
         let format = framelock::Format::classify(description.format(), &frame);
         assert_eq!(format, framelock::Classification::Frame(frame.len()));
-        let shown = description.kinds[0].values(&frame);
-        let values = shown.flat_map(|(_, content)| content.values().map(|it| it.to_string()));
-        values.collect::<Vec<_>>().join(" ")
+        let fields = values(&description.kinds[0], &frame).into_iter();
+        fields
+            .map(|(_, values)| values)
+            .collect::<Vec<_>>()
+            .join(" ")
     });
     values.collect()
 }
@@ -21,7 +25,7 @@ fn a_servo_frame_with_another_command() {
     let frame = "20 00 00 00 01 00 02 00 03 00 04 00 05 00 06 00 07 00 08 00 09 00 \
         00 00 00 00 00 00 00 00 B2 FF";
     assert_eq!(
-        values("ibus-any", &[frame]),
+        shown("ibus-any", &[frame]),
         ["0 0 1 2 3 4 5 6 7 8 9 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0"]
     );
 }
@@ -36,7 +40,7 @@ fn telemetry() {
         "06 A2 84 03 D0 FE",
     ];
     assert_eq!(
-        values("ibus-telemetry", &frames),
+        shown("ibus-telemetry", &frames),
         ["1 8 x", "1 9 x", "1 9 x0302", "1 10 x6400", "2 10 x8403"]
     );
 }

@@ -1,19 +1,26 @@
 //! Shows the meaning of each key of a description by an example frame.
 
 use framelock::{Classification, Format as _};
-use framelock_description::{Description, hex};
+use framelock_description::{Description, EncodeError, hex};
 use serde_json::{Value as Json, json};
+
+use crate::values;
 
 /// Returns the names and values of a frame as text.
 fn shown(description: &Description, frame: &[u8]) -> String {
     let kind = description.kind(frame).unwrap();
-    let fields = kind.values(frame).map(|(field, content)| {
-        let values = content.values().map(|value| value.to_string());
-        let unit = field.unit.as_deref().map(|unit| format!(" {unit}"));
-        let values = values.collect::<Vec<_>>().join(" ");
+    let fields = values(kind, frame).into_iter().map(|(field, values)| {
+        let unit = field.unit.as_ref().map(|unit| format!(" {unit}"));
         format!("{} {values}{}", field.name, unit.unwrap_or_default())
     });
     fields.collect::<Vec<_>>().join(", ")
+}
+
+/// Encodes values, in the order of the columns. A value is missing if it is `null`.
+fn encoded(description: &Description, values: &Json) -> Result<Vec<u8>, EncodeError> {
+    let values = values.as_array().unwrap().iter();
+    let values = values.map(|value| Some(value.clone()).filter(|value| !value.is_null()));
+    description.encode(&values.collect::<Vec<_>>())
 }
 
 /// Each entry: a description, values in the order of the columns, the frame in hex, and the displayed text.
@@ -134,8 +141,7 @@ fn each_key_means_what_it_is_called() {
         ),
     ] {
         let description = Description::parse("my.toml", text).unwrap();
-        let values = values.as_array().unwrap().iter().cloned().map(Some);
-        let encoded = description.encode(&values.collect::<Vec<_>>()).unwrap_or_else(|why| panic!("{text}: {why}"));
+        let encoded = encoded(&description, &values).unwrap_or_else(|why| panic!("{text}: {why}"));
         assert_eq!(hex::glued(&encoded), frame.replace(' ', ""), "{text}");
         assert_eq!(shown(&description, &encoded), expected, "{text}");
     }
@@ -283,14 +289,6 @@ fn a_description_may_have_several_kinds() {
         .map(|column| &*column.name)
         .collect();
     assert_eq!(columns, ["kind", "number", "position", "which", "text"]);
-    let encode = |values: Json| {
-        let values = values
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|value| Some(value.clone()).filter(|it| !it.is_null()));
-        description.encode(&values.collect::<Vec<_>>())
-    };
     for (values, told) in [
         (
             json!(["measurement", 1, -2, null, null]),
@@ -301,7 +299,7 @@ fn a_description_may_have_several_kinds() {
             "number 2, which 3, text on",
         ),
     ] {
-        let frame = encode(values.clone()).unwrap();
+        let frame = encoded(&description, &values).unwrap();
         assert_eq!(shown(&description, &frame), told);
         assert_eq!(values[0], *description.kind(&frame).unwrap().name);
     }
@@ -313,15 +311,13 @@ fn a_description_may_have_several_kinds() {
         (json!([null, 2, null, 3, "on"]), "missing field `kind`"),
         (
             json!(["state", 2, null, 1, "on"]),
-            "which 1: there is no such message",
+            "which 1 is no message: the description lists the messages",
         ),
         (json!(["state", 2, null, 3]), "missing field `text`"),
         (json!(["measurement", 1]), "missing field `position`"),
     ] {
-        assert!(
-            encode(values).unwrap_err().to_string().starts_with(told),
-            "{told}"
-        );
+        let why = encoded(&description, &values).unwrap_err().to_string();
+        assert!(why.starts_with(told), "{why}");
     }
 }
 
@@ -394,14 +390,7 @@ fn what_cannot_be_written_is_told() {
         ),
     ] {
         let description = Description::parse("my.toml", text).unwrap();
-        let values: Vec<_> = values
-            .as_array()
-            .unwrap()
-            .iter()
-            .cloned()
-            .map(Some)
-            .collect();
-        let why = description.encode(&values).unwrap_err().to_string();
+        let why = encoded(&description, &values).unwrap_err().to_string();
         assert!(why.starts_with(told), "{why}");
     }
 }

@@ -3,6 +3,8 @@
 use framelock::{Classification, Format as _};
 use framelock_description::{Description, hex, shipped};
 
+use crate::values;
+
 /// The last byte of `hdg` is zero, so the sender has left this byte out.
 const GLOBAL_POSITION_INT: &str =
     "FD1B000000010121000088130000870EAF1C074EA10640EF070010270000CEFF14000300045A3F";
@@ -89,13 +91,8 @@ fn zeros_that_the_sender_leaves_out() {
             let field = fields.split("},").nth(number).unwrap().trim_end_matches('}');
             let text = format!("{HEAD}truncated_zeros = true\nfields = [{field}}}]");
             let description = Description::parse("my.toml", &text).unwrap();
-            let shown = description.kinds[0].values(&bytes);
-            let shown: Vec<String> = shown
-                .map(|(_, content)| {
-                    let values = content.values().map(|value| value.to_string());
-                    values.collect::<Vec<_>>().join(" ")
-                })
-                .collect();
+            let shown = values(&description.kinds[0], &bytes);
+            let shown: Vec<String> = shown.into_iter().map(|(_, values)| values).collect();
             assert_eq!(shown, [*expected], "{field}");
         }
     }

@@ -9,10 +9,10 @@ const WRONG: &str = r#"
     sync = "2G" => 1:8: word 1, '2G', has 'G', which is no hex digit
     sync = "" => 1:8: no bytes: leave the key out
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
-    sync = "C8 | EE 01"\nlength = 4 => 1:8: all alternatives for the bytes that a frame begins with must have the same length
+    sync = "C8 | EE 01"\nlength = 4 => 1:8: all alternatives for these bytes must have the same length
     sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content, other bytes of a frame may look like them
     sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends can have a content
-    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: '7E-20' is not a byte, or a range such as 20-7E
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: word 1, '7E-20', is not a byte, or a range such as 20-7E
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20 7" => 4:11: word 1, '7', is not a whole number of bytes
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-21 except 20-2F" => 4:11: no bytes: leave the key out
     sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "00-0D" => 4:11: content: a terminator begins with a byte of the content
@@ -25,11 +25,11 @@ const WRONG: &str = r#"
     sync = "24"\nlenght = 4 => 2:1: unknown field `lenght`
     sync = "24"\nlength = 4\nlength = 5 => 3:1: duplicate key
     sync = "24"\nlength = 4\nlongest = 5 => 2:10: every frame has this length
-    sync = "24"\nlength = 70000 => 2:10: longest: a frame can have at most 65791 bytes
+    sync = "24"\nlength = 70000 => 2:10: longest must be from 1 to 65791
     sync = "24 25"\nlength = 2\nterminator = "0A" => 2:10: longest: the header and the terminator do not fit
     sync = "24"\nlength = 4\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:10: length is for frames of the same length
     sync = "24"\nlength_field = { at = -1, type = "u8", plus = 2 }\nlongest = 9 => 2:23: this is needed before the frame's end is known
-    sync = "24"\nlength_field = { at = 1, type = "u16", plus = 2 } => 2:33: there is no type "u16": u8, u16le
+    sync = "24"\nlength_field = { at = 1, type = "u16", plus = 2 } => 2:33: there is no u16 (perhaps u16le?); there are u8, u16le
     sync = "24"\nlength_field = { at = 1, type = "i8", plus = 2 } => 2:33: this must be an unsigned number of up to four bytes
     sync = "24"\nlength_field = { at = 1, type = "u8", factor = 0 }\nlongest = 9 => 2:16: length: with this mask or factor
     sync = "24"\nlength_field = { at = 1, type = "u8", mask = 0x100 }\nlongest = 9 => 2:16: length: with this mask or factor
@@ -37,7 +37,7 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 300\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: longest: it is more than the greatest length
     sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", mask = 7, factor = 2, plus = 2 } => 2:11: longest: it is more than the greatest length
     sync = "24"\nlongest = 1\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: longest: it is less than shortest
-    sync = "24"\nlength = 4\nchecksum = { name = "CRC-8/DVBS3", type = "u8", at = -1 } => 3:21: there is no checksum "CRC-8/DVBS3"; the nearest names are CRC-8/DVB-S2
+    sync = "24"\nlength = 4\nchecksum = { name = "CRC-8/DVBS3", type = "u8", at = -1 } => 3:21: there is no CRC-8/DVBS3 (perhaps CRC-8/DVB-S2?); there are CRC-8/DVB-S2
     sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: checksum: the algorithm needs another number of bytes
     sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: checksum: the algorithm needs another number of bytes
     sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: checksum: the algorithm needs another number of bytes
@@ -55,7 +55,7 @@ const WRONG: &str = r#"
     sync = "24 25"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le" }] => 3:30: a overlaps the sync
     sync = "24"\nlength_field = { at = 1, type = "u16be", mask = 0x03FF }\nlongest = 20\nfields = [{ name = "a", at = 1, bit = 1, bits = 2 }] => 4:30: a overlaps the length
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nfields = [{ name = "a", at = 2, type = "u16le" }] => 4:30: a overlaps the checksum
-    any_of = ["ubx"]\nlenght = 4 => 2:1: unknown field `lenght`; expected one of `any_of`, `kinds`
+    any_of = ["ubx"]\nlenght = 4 => 2:1: unknown field `lenght` (perhaps length?); expected one of `any_of`, `kinds`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8" }] => 3:11: two values are called a
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", count = 2 }, { name = "a1", at = 3, type = "u8" }] => 3:11: two values are called a1
     sync = "24"\nlength = 4\nfields = [{ name = "time", at = 1, type = "u8" }] => 3:20: offset, length, time are the names of other columns
@@ -81,7 +81,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 9\ntrailer = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:11: trailer: only frames with a length field
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it must have 1 byte or more, and a mask
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 1, bytes = 8 } => 4:11: trailer: the shortest frame with a trailer
-    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: frames of 1 bytes are too short: the header and the parts that are counted from the end have 2
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: shortest: a frame of this length has no room for its header
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no frame can be made
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
@@ -151,7 +151,10 @@ fn more_than_a_row_can_have_is_refused_before_it_is_made() {
     let told = Description::parse("my.toml", &text)
         .unwrap_err()
         .to_string();
-    assert!(told.contains("a row has more than 10000 values"), "{told}");
+    assert!(
+        told.contains("the number of values in a row must be from 1 to 10000"),
+        "{told}"
+    );
     let kinds = (0..3000).map(|number| format!("[[kinds]]\nname = \"k{number}\"\n"));
     let text = format!(
         "sync = \"24\"\nlength = 3\n{}",
@@ -161,7 +164,7 @@ fn more_than_a_row_can_have_is_refused_before_it_is_made() {
         .unwrap_err()
         .to_string();
     assert!(
-        told.contains("3000 kinds of frames: at most 100 are allowed"),
+        told.contains("the number of kinds must be from 1 to 100"),
         "{told}"
     );
 }

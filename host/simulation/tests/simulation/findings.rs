@@ -1,8 +1,7 @@
 //! Tests of the findings about the protocol and about both policies.
 
 use framelock_simulation::{
-    FaultRates, Origin, Parameters, Payload, Policy, ReceiverTally, Seed, StationKind, Tally,
-    Trial, run_all,
+    Origin, Parameters, Payload, Policy, ReceiverTally, StationKind, Tally, Trial, run_all,
 };
 
 use super::{bin, bin_crc8, is_plausible, receiver, simulated, theory, trials};
@@ -30,18 +29,14 @@ fn one_lost_byte(parameters: Parameters, payload: &str, lost_in: u64) -> (Tally,
     };
     let (mut sum, mut squares) = (Tally::default(), 0);
     for number in 0..parameters.trials {
-        let seed = Seed {
-            seed: parameters.seed,
-            trial: number.into(),
-        };
-        let (bin, no_faults) = (bin(), FaultRates::default());
-        let stations = StationKind::all(&bin);
-        let mut trial = Trial::new(&bin, &parameters, seed, no_faults, &stations).unwrap();
+        let bin = bin();
+        let mut trial =
+            Trial::new(&bin, &parameters, number.into(), &StationKind::all(&bin)).unwrap();
         trial.lost = Some(Origin {
             frame: lost_in,
             place: number as usize % 7,
         });
-        trial.send_all(&bin, &parameters, seed);
+        trial.send_all();
         let tally = trial.tally();
         squares += receiver(&tally, Policy::Lecture, false).lost_intact.pow(2);
         sum = sum.and(tally);

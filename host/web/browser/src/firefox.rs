@@ -12,7 +12,7 @@ use std::{env, fs, process};
 use framelock_limited::Process;
 use serde_json::{Value, json};
 
-use crate::{LONG, LONGEST, wait_until};
+use crate::{Browser, LONG, LONGEST, wait_until};
 
 /// A separate Firefox process. It ends at its time limit, or when this value is dropped.
 pub(crate) struct Firefox {
@@ -109,17 +109,6 @@ impl Firefox {
         answer.unwrap_or_else(|error| panic!("{command}: {error}"))
     }
 
-    pub(crate) fn navigate(&self, url: &str) {
-        self.call("WebDriver:Navigate", &json!({"url": url}));
-    }
-
-    /// Runs a script in the page. Returns the value of the script's last expression.
-    pub(crate) fn tried(&self, script: &str) -> Result<Value, String> {
-        let parameters = json!({"script": "return eval(arguments[0])", "args": [script]});
-        let mut answer = self.tried_call("WebDriver:ExecuteScript", &parameters)?;
-        Ok(answer["value"].take())
-    }
-
     /// Runs a function's body in the browser's own context.
     fn in_the_browser(&self, script: &str) -> Value {
         self.call("Marionette:SetContext", &json!({"value": "chrome"}));
@@ -128,8 +117,20 @@ impl Firefox {
         self.call("Marionette:SetContext", &json!({"value": "content"}));
         answer["value"].take()
     }
+}
 
-    pub(crate) fn press(&self, key: &str) {
+impl Browser for Firefox {
+    fn navigate(&self, url: &str) {
+        self.call("WebDriver:Navigate", &json!({"url": url}));
+    }
+
+    fn tried(&self, script: &str) -> Result<Value, String> {
+        let parameters = json!({"script": "return eval(arguments[0])", "args": [script]});
+        let mut answer = self.tried_call("WebDriver:ExecuteScript", &parameters)?;
+        Ok(answer["value"].take())
+    }
+
+    fn press(&self, key: &str) {
         let key = match key {
             "ArrowLeft" => "\u{E012}",
             "ArrowRight" => "\u{E014}",
@@ -147,7 +148,7 @@ impl Firefox {
 
     /// Resizes the page. Firefox's windows are at least 500 pixels wide, so for a narrower page the
     /// content is enlarged instead.
-    pub(crate) fn resize(&self, width: u32, height: u32) {
+    fn resize(&self, width: u32, height: u32) {
         let zoom = (500.0 / f64::from(width)).max(1.0);
         self.in_the_browser(&format!("gBrowser.selectedBrowser.fullZoom = {zoom}"));
         let [across, down] = [width, height].map(|pixels| (f64::from(pixels) * zoom).round());
@@ -159,13 +160,12 @@ impl Firefox {
         });
     }
 
-    /// Returns the warnings and errors that the page caused in Firefox's console, including violations of its security
-    /// policy.
-    pub(crate) fn complaints(&self, page: &str) -> Vec<String> {
-        let told = self.in_the_browser(&format!(
-            "return Services.console.getMessageArray().map(String).filter((text) => text.includes('{page}'))"
-        ));
-        serde_json::from_value(told).expect("a list of texts")
+    fn complaints(&self) -> Vec<String> {
+        // Firefox's console also contains complaints about its own parts.
+        let complaints = self.in_the_browser(
+            "return Services.console.getMessageArray().map(String).filter((text) => text.includes('index.html'))",
+        );
+        serde_json::from_value(complaints).expect("a list of texts")
     }
 }
 

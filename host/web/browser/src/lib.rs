@@ -5,7 +5,6 @@
 
 mod firefox;
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread::{panicking, sleep};
 use std::time::{Duration, Instant};
@@ -13,8 +12,9 @@ use std::time::{Duration, Instant};
 use headless_chrome::browser::default_executable;
 use headless_chrome::protocol::cdp::Log::LogEntryLevel;
 use headless_chrome::protocol::cdp::types::{Event, Method};
-use headless_chrome::{Browser, LaunchOptions, Tab};
+use headless_chrome::{LaunchOptions, Tab};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use firefox::Firefox;
@@ -29,15 +29,6 @@ const LONGEST: Duration = Duration::from_secs(1200);
 /// The last text that a test writes to the console. When it arrives, all earlier complaints have
 /// arrived.
 const END: &str = "the test is over";
-
-/// A JavaScript function for scripts. It moves the slider to a position and returns the page's
-/// state there.
-pub const GO: &str = "const go = (to) => {
-    const slider = document.getElementById('position');
-    slider.value = to;
-    slider.dispatchEvent(new Event('input'));
-    return JSON.parse(framelock());
-};";
 
 /// Defines commands to Chromium whose parameters and answers are plain JSON. Chromium may be newer
 /// than the crate's types, and its answers may then not fit those types.
@@ -59,63 +50,32 @@ commands! {
     Metrics: "Emulation.setDeviceMetricsOverride",
 }
 
+/// A browser that tests control.
+trait Browser {
+    fn navigate(&self, url: &str);
+    /// Runs a script in the page. Returns the value of the script's last expression, or the exception.
+    fn tried(&self, script: &str) -> Result<Value, String>;
+    fn press(&self, key: &str);
+    fn resize(&self, width: u32, height: u32);
+    /// Returns the warnings, errors and violations of the security policy that the page has caused so far.
+    fn complaints(&self) -> Vec<String>;
+    /// Returns Chromium. Some operations are implemented only for Chromium.
+    fn chromium(&self) -> &Chromium {
+        panic!("this operation is implemented only for Chromium")
+    }
+}
+
 /// The page, open in a browser of its own. When the page is dropped, the test fails if the browser
 /// has reported an error, a warning or a violation of the page's security policy.
 pub struct Page {
-    browser: Driven,
-}
-
-enum Driven {
-    Chromium(Chromium),
-    Firefox(Firefox),
+    browser: Box<dyn Browser>,
 }
 
 struct Chromium {
     // Chromium ends when this value is dropped.
-    _browser: Browser,
+    _browser: headless_chrome::Browser,
     tab: Arc<Tab>,
     complaints: Arc<Mutex<Vec<String>>>,
-}
-
-impl Page {
-    /// Starts Chromium with an empty tab, 1280 pixels wide.
-    #[must_use]
-    pub fn none() -> Self {
-        Self::in_browser(Driven::Chromium(Chromium::start()))
-    }
-
-    /// Opens the page in Chromium. `moment` is the part of the address after the #.
-    #[must_use]
-    pub fn at(moment: &str) -> Self {
-        let page = Self::none();
-        page.open(moment);
-        page
-    }
-
-    /// Opens the page in Chromium and then in Firefox.
-    pub fn in_each(moment: &str) -> impl Iterator<Item = Self> {
-        let firefox = || Self::in_browser(Driven::Firefox(Firefox::start()));
-        let pages = [Self::none as fn() -> Self, firefox];
-        pages.into_iter().map(move |page| {
-            let page = page();
-            page.open(moment);
-            page
-        })
-    }
-
-    fn in_browser(browser: Driven) -> Self {
-        let page = Self { browser };
-        page.resize(1280, 900);
-        page
-    }
-
-    /// Returns Chromium. Some operations are implemented only for Chromium.
-    fn chromium(&self) -> &Chromium {
-        match &self.browser {
-            Driven::Chromium(chromium) => chromium,
-            Driven::Firefox(_) => panic!("this operation is implemented only for Chromium"),
-        }
-    }
 }
 
 impl Chromium {
@@ -130,7 +90,7 @@ impl Chromium {
             .idle_browser_timeout(LONG)
             .build()
             .expect("these options can be combined");
-        let browser = Browser::new(options).expect("Chromium starts");
+        let browser = headless_chrome::Browser::new(options).expect("Chromium starts");
         browser.set_default_timeout(LONG);
         let tab = browser.new_tab().expect("Chromium opens a tab");
         let complaints = Arc::new(Mutex::new(Vec::new()));
@@ -153,6 +113,17 @@ impl Chromium {
         }
     }
 
+    fn call(&self, command: impl Method<ReturnObject = Value> + Serialize) -> Value {
+        let answer = self.tab.call_method(command);
+        answer.expect("Chromium knows the command")
+    }
+}
+
+impl Browser for Chromium {
+    fn navigate(&self, url: &str) {
+        self.tab.navigate_to(url).expect("the page can be opened");
+    }
+
     fn tried(&self, script: &str) -> Result<Value, String> {
         let parameters = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
         let answer = self.tab.call_method(Evaluate(parameters));
@@ -163,115 +134,132 @@ impl Chromium {
         }
     }
 
-    fn call(&self, command: impl Method<ReturnObject = Value> + Serialize) -> Value {
-        let answer = self.tab.call_method(command);
-        answer.expect("Chromium knows the command")
+    fn press(&self, key: &str) {
+        self.tab.press_key(key).expect("the key exists");
     }
 
-    /// Returns the complaints reported so far.
+    fn resize(&self, width: u32, height: u32) {
+        let size =
+            json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
+        self.call(Metrics(size));
+    }
+
     fn complaints(&self) -> Vec<String> {
         self.tried(&format!("console.debug('{END}')"))
             .expect("the console is writable");
+        let complaints = || self.complaints.lock().expect("no other thread panicked");
         wait_until("the last text in the console", || {
-            let complaints = self.complaints.lock().expect("no other thread panicked");
-            complaints.last().is_some_and(|last| last.contains(END))
+            complaints().last().is_some_and(|last| last.contains(END))
         });
-        let mut complaints = self.complaints.lock().expect("no other thread panicked");
-        complaints.pop();
-        complaints.clone()
+        complaints().pop();
+        complaints().clone()
+    }
+
+    fn chromium(&self) -> &Chromium {
+        self
     }
 }
 
 impl Page {
+    /// Starts Chromium with an empty tab, 1280 pixels wide.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::in_browser(Box::new(Chromium::start()))
+    }
+
+    /// Opens the page in Chromium. `moment` is the part of the address after the #.
+    #[must_use]
+    pub fn at(moment: &str) -> Self {
+        let page = Self::none();
+        page.open(moment);
+        page
+    }
+
+    /// Opens the page in Chromium and then in Firefox.
+    pub fn in_each(moment: &str) -> impl Iterator<Item = Self> {
+        let firefox = || Self::in_browser(Box::new(Firefox::start()));
+        let pages = [Self::none as fn() -> Self, firefox];
+        pages.into_iter().map(move |page| {
+            let page = page();
+            page.open(moment);
+            page
+        })
+    }
+
+    fn in_browser(browser: Box<dyn Browser>) -> Self {
+        browser.resize(1280, 900);
+        Self { browser }
+    }
+
     /// Reloads the page at this moment.
     pub fn open(&self, moment: &str) {
         let page = built("FRAMELOCK_PAGE");
         // Go to another page first, because changing only the part after the # would not reload the
         // page.
-        for url in [
-            "about:blank",
-            &format!("file://{}#{moment}", page.display()),
-        ] {
-            match &self.browser {
-                Driven::Chromium(chromium) => {
-                    let opened = chromium.tab.navigate_to(url);
-                    opened.expect("the page can be opened");
-                }
-                Driven::Firefox(firefox) => firefox.navigate(url),
-            }
-        }
+        self.browser.navigate("about:blank");
+        let address = format!("file://{page}#{moment}");
+        self.browser.navigate(&address);
         self.wait_for("window.framelock && JSON.parse(framelock()).address");
     }
 
-    /// Runs a script. Returns the value of the script's last expression.
-    #[allow(
-        clippy::must_use_candidate,
-        reason = "some scripts are run only for their effect"
-    )]
-    pub fn run(&self, script: &str) -> Value {
-        self.tried(script)
-            .unwrap_or_else(|error| panic!("{script}\n{error}"))
+    /// Runs a script.
+    pub fn run(&self, script: &str) {
+        let _: Value = self.read(script);
     }
 
-    fn tried(&self, script: &str) -> Result<Value, String> {
-        match &self.browser {
-            Driven::Chromium(chromium) => chromium.tried(script),
-            Driven::Firefox(firefox) => firefox.tried(script),
-        }
+    /// Runs a script. Returns the value of the script's last expression.
+    #[must_use]
+    pub fn read<T: DeserializeOwned>(&self, script: &str) -> T {
+        let value = self.browser.tried(script);
+        let value = value
+            .and_then(|value| serde_json::from_value(value).map_err(|error| error.to_string()));
+        value.unwrap_or_else(|error| panic!("{script}\n{error}"))
     }
 
     /// Waits until the script returns a value that JavaScript treats as true.
     pub fn wait_for(&self, condition: &str) {
         wait_until(condition, || {
-            self.tried(&format!("!!({condition})")) == Ok(Value::Bool(true))
+            self.browser.tried(&format!("!!({condition})")) == Ok(Value::Bool(true))
         });
     }
 
     /// Returns the page's state.
     #[must_use]
     pub fn state(&self) -> Value {
-        self.run("JSON.parse(framelock())")
+        self.read("JSON.parse(framelock())")
     }
 
     /// Moves the slider to a position. Returns the page's state there.
     #[must_use]
-    pub fn go(&self, position: u64) -> Value {
-        self.run(&format!("{{ {GO} go({position}) }}"))
+    pub fn go(&self, position: usize) -> Value {
+        self.read(&format!(
+            "{{ const slider = document.getElementById('position');
+            slider.value = {position};
+            slider.dispatchEvent(new Event('input'));
+            JSON.parse(framelock()) }}"
+        ))
     }
 
     /// Presses a key, `ArrowLeft` for example.
     pub fn press(&self, key: &str) {
-        match &self.browser {
-            Driven::Chromium(chromium) => {
-                let pressed = chromium.tab.press_key(key);
-                pressed.expect("the key exists");
-            }
-            Driven::Firefox(firefox) => firefox.press(key),
-        }
+        self.browser.press(key);
     }
 
     /// Sets a preference of the user's system, such as `prefers-color-scheme` to `dark`.
     pub fn prefer(&self, feature: &str, value: &str) {
         let features = json!({"features": [{"name": feature, "value": value}]});
-        self.chromium().call(Media(features));
+        self.browser.chromium().call(Media(features));
     }
 
     /// Resizes the page to this number of pixels.
     pub fn resize(&self, width: u32, height: u32) {
-        let size =
-            json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
-        match &self.browser {
-            Driven::Chromium(chromium) => {
-                chromium.call(Metrics(size));
-            }
-            Driven::Firefox(firefox) => firefox.resize(width, height),
-        }
+        self.browser.resize(width, height);
     }
 
     /// Returns the role and the name of each element that a screen reader announces.
     #[must_use]
     pub fn accessible(&self) -> Vec<(String, String)> {
-        let tree = self.chromium().call(AccessibilityTree(json!({})));
+        let tree = self.browser.chromium().call(AccessibilityTree(json!({})));
         let nodes = tree["nodes"].as_array().expect("a list of nodes");
         let text = |value: &Value| value["value"].as_str().unwrap_or_default().to_owned();
         let heard = nodes.iter().filter(|node| node["ignored"] == false);
@@ -285,6 +273,7 @@ impl Page {
     pub fn picture(&self) -> Vec<u8> {
         use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
         let picture = self
+            .browser
             .chromium()
             .tab
             .capture_screenshot(Png, None, None, true);
@@ -297,10 +286,7 @@ impl Drop for Page {
         if panicking() {
             return;
         }
-        let complaints = match &self.browser {
-            Driven::Chromium(chromium) => chromium.complaints(),
-            Driven::Firefox(firefox) => firefox.complaints("index.html"),
-        };
+        let complaints = self.browser.complaints();
         let complaints = complaints.join("\n");
         assert!(
             complaints.is_empty(),
@@ -332,11 +318,9 @@ fn complaint(event: &Event) -> Option<String> {
     }
 }
 
-/// Returns the path in an environment variable. The `cargo xtask` command that builds the file sets
-/// this variable.
+/// Returns the path of a file that the stage `web` builds. The stage writes the path to this environment variable.
 #[must_use]
-pub fn built(variable: &str) -> PathBuf {
-    let path = std::env::var_os(variable);
-    let path = path.unwrap_or_else(|| panic!("{variable}: run `cargo xtask verify --only web`"));
-    path.into()
+pub fn built(variable: &str) -> String {
+    let path = std::env::var(variable);
+    path.unwrap_or_else(|_| panic!("{variable}: run `cargo xtask verify --only web`"))
 }

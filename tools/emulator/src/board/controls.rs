@@ -67,30 +67,28 @@ impl Board {
     /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
     /// the watchdog pauses unless WDT.CONFIG.HALT is 1.
     pub fn halt_for(&mut self, cycles: u64) {
-        self.shared.chip().peripherals.watchdog.own.pause(cycles);
+        self.shared.chip().peripherals.watchdog.pause(cycles);
         self.shared.touched.store(true, Relaxed);
         self.hold_off(self.now, cycles);
     }
 
-    /// Moves TIMER0 to TIMER4 forward by this number of counts, together with its compare registers, so its next events
-    /// stay as far away as before. Tests use it to reach the wrap of a count without emulating the time until then.
+    /// Moves TIMER0 forward by this number of counts, together with its compare registers, so its next events stay as far
+    /// away as before. Tests use it to reach the wrap of a count without emulating the time until then.
     ///
     /// # Errors
-    /// Returns an error if there is no timer of this number.
-    pub fn skip_counts(&mut self, timer: usize, counts: u32) -> Result<()> {
+    /// Returns the same errors as [`Board::run_for`], because events may be due now.
+    pub fn skip_counts(&mut self, counts: u32) -> Result<()> {
         self.settle()?;
         self.shared.touched.store(true, Relaxed);
-        let mut chip = self.shared.chip();
-        let none = || Error::Image(format!("there is no TIMER{timer}"));
-        let unit = chip.peripherals.timers.get_mut(timer).ok_or_else(none)?;
-        unit.own.skip(counts);
+        let [timer0, ..] = &mut self.shared.chip().peripherals.timers;
+        timer0.counter.skip(counts);
         Ok(())
     }
 
     /// Breaks a word of UICR, given by its offset: from now on, writing the word leaves these bits at 1.
     pub fn break_uicr(&mut self, offset: u32, bits: u32) {
         let mut chip = self.shared.chip();
-        chip.nonvolatile.broken.insert(offset, bits);
+        chip.uicr.broken.insert(offset, bits);
     }
 
     /// Resets the chip by its reset pin.
@@ -142,9 +140,8 @@ impl Board {
             self.step(u64::MAX)?;
         }
         let mut registers = self.core.regs();
-        if let Some(pc) = registers.r.last_mut() {
-            *pc = address;
-        }
+        let [.., pc] = &mut registers.r;
+        *pc = address;
         registers.xpsr &= !xpsr::IT_MASK;
         registers.primask = false;
         self.core.set_regs(registers);

@@ -38,14 +38,17 @@ impl Board {
         self.access(|chip| chip.write(address, value))
     }
 
-    fn access<T: Default>(&mut self, access: impl FnOnce(&mut Chip) -> Option<T>) -> Result<T> {
+    fn access<T>(&mut self, access: impl FnOnce(&mut Chip) -> Option<T>) -> Result<T> {
         self.settle()?;
         self.shared.touched.store(true, Relaxed);
         let mut chip = self.shared.chip();
-        let value = access(&mut chip).unwrap_or_default();
+        let value = access(&mut chip);
         let refusal = chip.context.refusal.take();
         drop(chip);
-        refusal.map_or(Ok(value), |refusal| Err(self.refused(refusal, self.pc)))
+        match refusal {
+            Some(refusal) => Err(self.refused(refusal, self.pc)),
+            None => Ok(value.expect("without a refusal")),
+        }
     }
 
     /// Returns the address of the next instruction.
@@ -85,12 +88,6 @@ impl Board {
     #[must_use]
     pub fn pins(&self) -> Pins {
         self.shared.chip().context.pins
-    }
-
-    /// Returns whether the firmware has turned the instruction cache on.
-    #[must_use]
-    pub fn instruction_cache_is_on(&self) -> bool {
-        self.shared.chip().nonvolatile.caches()
     }
 
     /// Returns whether a debugger has access on a chip of build code F or later. A debugger has access if

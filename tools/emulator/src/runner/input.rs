@@ -17,19 +17,19 @@ pub(crate) struct Input {
 impl Input {
     /// Opens the input that `--input` names.
     pub(crate) fn open(name: Option<&str>) -> Result<Self> {
-        Ok(match name {
-            None => Self::of(std::io::empty(), false),
-            Some("-") => Self::of(std::io::stdin(), true),
+        let (mut from, is_live): (Box<dyn Read + Send>, bool) = match name {
+            None => (Box::new(std::io::empty()), false),
+            Some("-") => (Box::new(std::io::stdin()), true),
             #[cfg(unix)]
-            Some("pty") => Self::of(pseudo_terminal().context("no pseudo-terminal")?, true),
+            Some("pty") => (
+                Box::new(pseudo_terminal().context("no pseudo-terminal")?),
+                true,
+            ),
             Some(path) => {
                 let file = File::open(path).with_context(|| format!("cannot read {path}"))?;
-                Self::of(file, false)
+                (Box::new(file), false)
             }
-        })
-    }
-
-    fn of(mut from: impl Read + Send + 'static, is_live: bool) -> Self {
+        };
         // The channel holds one piece, so that a sender that is faster than the line has to wait.
         let (to, pieces) = sync_channel(1);
         // No code joins this thread. It ends with the program.
@@ -44,25 +44,22 @@ impl Input {
                 }
             }
         });
-        Self {
+        Ok(Self {
             pieces,
             is_live,
             has_ended: false,
-        }
+        })
     }
 
     /// Returns the next bytes. Returns no bytes at the end, or if the input is live and none have arrived yet.
     pub(crate) fn next(&mut self) -> Result<Vec<u8>> {
-        let received = if self.is_live {
-            self.pieces.try_recv()
-        } else {
-            self.pieces.recv().map_err(|_| TryRecvError::Disconnected)
+        let piece = match self.pieces.try_recv() {
+            Ok(piece) => piece,
+            Err(TryRecvError::Empty) if self.is_live => return Ok(Vec::new()),
+            // The thread sends an empty piece before it ends.
+            Err(_) => self.pieces.recv()?,
         };
-        let piece = match received {
-            Ok(piece) => piece.context("cannot read the input")?,
-            Err(TryRecvError::Empty) => return Ok(Vec::new()),
-            Err(TryRecvError::Disconnected) => Vec::new(),
-        };
+        let piece = piece.context("cannot read the input")?;
         self.has_ended = piece.is_empty();
         Ok(piece)
     }

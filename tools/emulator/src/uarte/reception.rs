@@ -1,7 +1,7 @@
 //! UARTE0's receiver.
 //!
-//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX, stopping and
-//! flushing, and all four causes of ERROR. The transmitter is not modelled. An access to one of its registers stops the
+//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX, stopping, and
+//! the causes of ERROR except parity. Flushing and the transmitter are not modelled. An access to one of its registers stops the
 //! emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
@@ -10,14 +10,13 @@
 use std::collections::VecDeque;
 
 use super::sampler::{Heard, Sampler};
-use super::{CONFIG_PARITY, ENABLE, RXD, Settings, Transfer};
+use super::{CONFIG, ENABLE, ENABLED, PSEL_RXD, Transfer, bit, plain};
 use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
 const STARTRX: u32 = 0x000;
 const STOPRX: u32 = 0x004;
-const FLUSHRX: u32 = 0x02C;
 const RXDRDY: u32 = 0x108;
 const ENDRX: u32 = 0x110;
 const ENDTX: u32 = 0x120;
@@ -26,18 +25,18 @@ const RXTO: u32 = 0x144;
 const RXSTARTED: u32 = 0x14C;
 const TXSTARTED: u32 = 0x150;
 const ERRORSRC: u32 = 0x480;
+const RXD_PTR: u32 = 0x534;
 
 const OVERRUN: u32 = 1;
-const PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
 /// The time from STOPRX to RXTO, in characters. The receiver takes up to four more bytes in this time.
 const STOP_AFTER: u64 = 5;
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Reception {
-    settings: Settings,
+    common: Common,
     error_source: u32,
     sampler: Sampler,
     transfer: Option<Transfer>,
@@ -57,9 +56,14 @@ type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
 
 impl Reception {
     pub(crate) fn new() -> Self {
+        // The transmitter's events never come, but drivers clear them.
+        let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
+        let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
+        let mut plain = plain(RXD_PTR);
+        // No flow control, no parity, one stop bit.
+        plain.extend([(ENABLE, 0, 0..=ENABLED), (CONFIG, 0, 0..=0)]);
         Self {
-            // No flow control, one stop bit.
-            settings: Settings::new(CONFIG_PARITY, RXD),
+            common: Common::new("UARTE0", 0x4000_2000, &events, &shorts, &plain),
             error_source: 0,
             sampler: Sampler::default(),
             transfer: None,
@@ -72,33 +76,27 @@ impl Reception {
     }
 
     fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        if !self.settings.is_enabled() {
+        if self.common[ENABLE] != ENABLED {
             return Ok(());
         }
-        if self.transfer.is_some() {
-            if context.assumptions.start_twice_is_ignored {
-                return Ok(());
-            }
-            return Err(Refusal::misused(
-                "UARTE0",
-                "STARTRX while a transfer is open",
-            ));
+        if self.transfer.is_some() && context.assumptions.start_twice_is_ignored {
+            return Ok(());
         }
-        if self.settings.size == 0 {
-            return Err(Refusal::misused("UARTE0", "STARTRX with RXD.MAXCNT 0"));
+        let transfer = Transfer::of(&self.common, RXD_PTR);
+        if self.transfer.is_some() || transfer.size == 0 {
+            let how = "STARTRX while a transfer is open, or with RXD.MAXCNT 0";
+            return Err(Refusal::misused("UARTE0", how));
         }
         // Both ends of the buffer must be RAM.
-        let mut byte = [0];
-        context.memory.dma_read(self.settings.pointer, &mut byte)?;
-        context
-            .memory
-            .dma_read(self.settings.pointer + self.settings.size - 1, &mut byte)?;
-        self.transfer = Some(self.settings.transfer());
+        for address in [transfer.pointer, transfer.pointer + transfer.size - 1] {
+            context.memory.dma_read(address, &mut [0])?;
+        }
+        self.transfer = Some(transfer);
         self.stops_at = None;
         if !context.assumptions.doubled_when_open {
             self.again_at = None;
         }
-        let connected = self.settings.registers.pins.last() == Some(&context.line_pin);
+        let connected = self.common[PSEL_RXD] == context.line_pin;
         if !self.sampler.runs() && connected {
             context.line.forget_before(context.now);
             let since = if context.assumptions.start_drops_byte {
@@ -106,32 +104,12 @@ impl Reception {
             } else {
                 context.now
             };
-            let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
-            self.sampler.start(since, bit, parity);
+            self.sampler.start(since, bit(&self.common));
         }
         self.started_at = Some(context.now + context.assumptions.start_lag);
         if context.assumptions.start_lag == 0 {
             self.overdue_started(context);
         }
-        Ok(())
-    }
-
-    /// Writes the bytes that are left in the FIFO after RXTO to the buffer at RXD.PTR. If no byte is left, AMOUNT keeps
-    /// its old value. Existing drivers contain a workaround for this behaviour.
-    fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        if self.sampler.runs() {
-            return Err(Refusal::misused(
-                "UARTE0",
-                "FLUSHRX while the receiver runs, before RXTO",
-            ));
-        }
-        let room = (self.settings.size as usize).min(self.fifo.len());
-        let bytes: Vec<u8> = (0..room).filter_map(|_| self.pop(context)).collect();
-        context.memory.dma_write(self.settings.pointer, &bytes)?;
-        if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
-            self.settings.amount = amount;
-        }
-        context.raise(ENDRX);
         Ok(())
     }
 
@@ -218,7 +196,7 @@ impl Reception {
                 self.error(FRAMING, context);
             }
             Heard::Break => self.error(BREAK, context),
-            Heard::Byte { byte, parity_error } => {
+            Heard::Byte(byte) => {
                 if self.is_full(context) {
                     if context.assumptions.ready_on_overrun {
                         self.ready(context);
@@ -233,9 +211,6 @@ impl Reception {
                     .push_back((context.now + context.assumptions.dma_lag, byte));
                 if context.assumptions.ready_at_store || self.fifo.len() == 1 {
                     self.ready(context);
-                }
-                if parity_error {
-                    self.error(PARITY, context);
                 }
             }
         }
@@ -262,7 +237,6 @@ impl Reception {
     fn end_transfer(&mut self, context: &mut Context) {
         if let Some(transfer) = self.transfer.take() {
             self.overdue_started(context);
-            self.settings.amount = transfer.done;
             let full = transfer.done == transfer.size;
             if !(full && lost(&mut context.assumptions.lost_end)) {
                 context.raise(ENDRX);
@@ -307,11 +281,8 @@ fn lost(count: &mut u32) -> bool {
 }
 
 impl Peripheral for Reception {
-    fn common(&self) -> Common {
-        // The transmitter's events never come, but drivers clear them.
-        let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
-        let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
-        Common::new("UARTE0", &events, &shorts)
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
     fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
@@ -321,7 +292,7 @@ impl Peripheral for Reception {
             }
             return Some(self.error_source);
         }
-        self.settings.read(offset)
+        self.common.load(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
@@ -331,10 +302,10 @@ impl Peripheral for Reception {
             self.error_source &= if all { 0 } else { !value };
             return Some(());
         }
-        self.settings.write(offset, value)?;
+        self.common.store(offset, value)?;
         if offset == ENABLE && value == 0 {
             *self = Self {
-                settings: self.settings.clone(),
+                common: self.common.clone(),
                 error_source: self.error_source,
                 ..Self::new()
             };
@@ -343,20 +314,19 @@ impl Peripheral for Reception {
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
-        let outcome = match offset {
-            STARTRX => self.start(context),
+        match offset {
+            STARTRX => {
+                let started = self.start(context);
+                context.check(started)?;
+            }
             STOPRX => {
                 if self.transfer.is_some() || self.sampler.runs() {
-                    let character = 10 * self.settings.bit();
-                    let stops_at = context.now + STOP_AFTER * character;
+                    let stops_at = context.now + STOP_AFTER * 10 * bit(&self.common);
                     self.stops_at.get_or_insert(stops_at);
                 }
-                Ok(())
             }
-            FLUSHRX => self.flush(context),
             _ => return None,
-        };
-        context.check(outcome);
+        }
         Some(())
     }
 

@@ -7,11 +7,14 @@
 
 use crate::line::SerialLine;
 
+/// The number of the stop bit. Bit 0 is the start bit.
+const STOP_BIT: u64 = 9;
+
 /// A byte or an error that the sampler found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     /// A byte whose stop bit was high.
-    Byte { byte: u8, parity_error: bool },
+    Byte(u8),
     /// A character without a stop bit.
     FramingError,
     /// The line was low for longer than a whole character. The sampler has already reported the framing error.
@@ -35,14 +38,12 @@ pub(super) struct Sampler {
     state: State,
     /// Cycles of a bit.
     bit: u64,
-    parity: bool,
 }
 
 impl Sampler {
     /// Starts sampling at `now`, with `bit` cycles per bit.
-    pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
+    pub(super) fn start(&mut self, now: u64, bit: u64) {
         self.bit = bit;
-        self.parity = parity;
         // A line that is low when the receiver starts counts as a start bit. So if the RX pin floats and is low, a
         // framing error and a break come within about one character after the receiver has started.
         self.state = State::Hunting { since: now };
@@ -61,11 +62,6 @@ impl Sampler {
         matches!(self.state, State::Hunting { .. })
     }
 
-    /// Returns the number of bits up to and including the stop bit.
-    fn bits(&self) -> u64 {
-        10 + u64::from(self.parity)
-    }
-
     /// Returns the middle of a bit. Bit 0 is the start bit.
     fn middle(&self, start: u64, bit: u64) -> u64 {
         start + self.bit * bit + self.bit / 2
@@ -76,7 +72,7 @@ impl Sampler {
         match self.state {
             State::Off => None,
             State::Hunting { since } => line.reaches(false, since),
-            State::Character { start } => Some(self.middle(start, self.bits() - 1)),
+            State::Character { start } => Some(self.middle(start, STOP_BIT)),
             State::Low { break_at, since } => {
                 let high = line.reaches(true, since);
                 [break_at, high].into_iter().flatten().min()
@@ -120,17 +116,15 @@ impl Sampler {
             return None;
         }
         let byte = (0..8).fold(0, |byte, bit| byte | u8::from(sample(1 + bit)) << bit);
-        let odd = byte.count_ones() % 2 == 1;
-        let parity_error = self.parity && sample(9) != odd;
-        if sample(self.bits() - 1) {
+        if sample(STOP_BIT) {
             self.state = State::Hunting { since: now };
-            return Some(Heard::Byte { byte, parity_error });
+            return Some(Heard::Byte(byte));
         }
         // The line has been low since its last change, or since the character began.
         let low_since = line
             .change_before(now)
             .map_or(start, |change| change.max(start));
-        let break_at = low_since + self.bits() * self.bit + 1;
+        let break_at = low_since + (STOP_BIT + 1) * self.bit + 1;
         self.state = State::Low {
             break_at: Some(break_at.max(now + 1)),
             since: now,

@@ -1,50 +1,47 @@
 //! UARTE1's transmitter, for firmware whose TX pin is wired to UARTE0's RX pin.
 //!
-//! EasyDMA fetches each byte when its start bit begins. TXDRDY comes at the end of the byte's last
-//! stop bit, and ENDTX with the last TXDRDY.
+//! EasyDMA fetches each byte when its start bit begins. ENDTX comes at the end of the last byte's stop bit. STOPTX and the
+//! other events are not modelled.
 
-use super::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD, Transfer};
+use super::{CONFIG, ENABLE, ENABLED, PSEL_TXD, Transfer, bit, plain};
 use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
 const STARTTX: u32 = 0x008;
-const STOPTX: u32 = 0x00C;
-const TXDRDY: u32 = 0x11C;
 const ENDTX: u32 = 0x120;
-const TXSTARTED: u32 = 0x150;
-const TXSTOPPED: u32 = 0x158;
+const TXD_PTR: u32 = 0x544;
+/// The value of CONFIG with a parity bit.
+const PARITY: u32 = 7 << 1;
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Transmission {
+    common: Common,
     /// The open transfer, and the instant at which the current byte ends.
     sending: Option<(Transfer, u64)>,
-    stops: bool,
-    settings: Settings,
 }
 
 impl Transmission {
     pub(crate) fn new() -> Self {
+        let mut plain = plain(TXD_PTR);
+        // The transmitter is never disabled.
+        plain.extend([(ENABLE, 0, ENABLED..=ENABLED), (CONFIG, 0, 0..=PARITY)]);
         Self {
+            common: Common::new("UARTE1", 0x4002_8000, &[ENDTX], &[], &plain),
             sending: None,
-            stops: false,
-            settings: Settings::new(CONFIG_PARITY | CONFIG_TWO_STOP_BITS, TXD),
         }
     }
 
     fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        if !self.settings.is_enabled() {
+        if self.common[ENABLE] != ENABLED {
             return Ok(());
         }
-        if self.sending.is_some() {
-            return Err(Refusal::misused("UARTE1", "STARTTX while it sends"));
+        let transfer = Transfer::of(&self.common, TXD_PTR);
+        if self.sending.is_some() || transfer.size == 0 {
+            let how = "STARTTX while it sends, or with TXD.MAXCNT 0";
+            return Err(Refusal::misused("UARTE1", how));
         }
-        if self.settings.size == 0 {
-            return Err(Refusal::misused("UARTE1", "STARTTX with TXD.MAXCNT 0"));
-        }
-        context.raise(TXSTARTED);
-        self.stops = false;
-        self.send(self.settings.transfer(), context)
+        self.send(transfer, context)
     }
 
     /// Puts the transfer's next byte on the line.
@@ -53,75 +50,47 @@ impl Transmission {
         let address = transfer.pointer + transfer.done;
         context.memory.dma_read(address, &mut byte)?;
         let [byte] = byte;
-        let (bit, parity) = (self.settings.bit(), u64::from(self.settings.has_parity()));
+        let (bit, parity) = (bit(&self.common), u64::from(self.common[CONFIG] != 0));
         // The start bit, the byte, and the parity bit, if any. The line is high except during bits that are 0.
         let character = u32::from(byte) << 1 | (byte.count_ones() & 1) << 9;
-        let [_, txd, ..] = self.settings.registers.pins;
-        if context.loopback_pin == Some(txd) {
+        if context.loopback_pin == Some(self.common[PSEL_TXD]) {
             for n in (0..9 + parity).filter(|n| character >> n & 1 == 0) {
                 context.line.invert(context.now + n * bit, bit);
             }
         }
-        let stop_bits = 1 + u64::from(self.settings.has_two_stop_bits());
-        let ends_at = context.now + (9 + parity + stop_bits) * bit;
-        self.sending = Some((transfer, ends_at));
+        self.sending = Some((transfer, context.now + (10 + parity) * bit));
         Ok(())
     }
 }
 
 impl Peripheral for Transmission {
-    fn common(&self) -> Common {
-        Common::new("UARTE1", &[TXDRDY, ENDTX, TXSTARTED, TXSTOPPED], &[])
-    }
-
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
-        self.settings.read(offset)
-    }
-
-    fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
-        match offset {
-            ENABLE if value == 0 && self.sending.is_some() => {
-                context.check::<()>(Err(Refusal::misused("UARTE1", "disabled while it sends")));
-            }
-            _ => return self.settings.write(offset, value),
-        }
-        Some(())
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
-        match offset {
-            STARTTX => {
-                let started = self.start(context);
-                context.check(started);
-            }
-            STOPTX if self.sending.is_some() => self.stops = true,
-            STOPTX => context.raise(TXSTOPPED),
-            _ => return None,
+        if offset != STARTTX {
+            return None;
         }
-        Some(())
+        let started = self.start(context);
+        context.check(started)
     }
 
     fn next(&self, _: &SerialLine) -> Option<u64> {
         self.sending.map(|(_, ends_at)| ends_at)
     }
 
-    /// Ends a byte. "If the ENDTX event has not already been generated when the UARTE transmitter
-    /// has come to a stop, the UARTE will generate the ENDTX event explicitly."
+    /// Ends a byte.
     fn advance(&mut self, context: &mut Context) {
         let Some((mut transfer, _)) = self.sending.take() else {
             return;
         };
         transfer.done += 1;
-        context.raise(TXDRDY);
-        if transfer.done < transfer.size && !self.stops {
+        if transfer.done < transfer.size {
             let sent = self.send(transfer, context);
             context.check(sent);
-            return;
-        }
-        self.settings.amount = transfer.done;
-        context.raise(ENDTX);
-        if self.stops {
-            context.raise(TXSTOPPED);
+        } else {
+            context.raise(ENDTX);
         }
     }
 }

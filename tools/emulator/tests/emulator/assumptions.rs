@@ -18,8 +18,7 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
     change(&mut assumptions);
     board.assume(assumptions);
     // TIMER1 counts RXDRDY events. CC[0] holds the current count, CC[1] the count at ENDRX.
-    board.set(TIMER1 + 0x504, 1);
-    board.set(TIMER1, 1);
+    board.set_all(&[(TIMER1 + 0x504, 1), (TIMER1 + 0x508, 3), (TIMER1, 1)]);
     let channels = [(RXDRDY, COUNT), (RXDRDY, CAPTURE), (ENDRX, CAPTURE + 4)];
     for (n, (event, task)) in (0..).zip(channels) {
         board.set(PPI + 0x510 + 8 * n, event);
@@ -33,6 +32,55 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
 fn ready(board: &mut Board) -> u32 {
     board.set(CAPTURE, 1);
     board.get(CC)
+}
+
+/// Receives one byte. Six more wait in the FIFO, the next one finds no room, and the last one has no stop bit.
+#[test]
+fn events_may_be_lost_or_doubled_and_an_overrun_may_drop_another_byte() {
+    type Change = fn(&mut Assumptions);
+    // The number of RXDRDY, whether ENDRX and RXTO come, and the waiting bytes.
+    let cases: [(Change, u32, bool, bool, &[u8; 6]); 12] = [
+        (|_| {}, 2, true, false, b"abcdef"),
+        (|a| a.ready_at_store = true, 7, true, false, b"abcdef"),
+        (
+            |a| a.ready_on_framing_error = true,
+            3,
+            true,
+            false,
+            b"abcdef",
+        ),
+        (|a| a.ready_on_overrun = true, 3, true, false, b"abcdef"),
+        (|a| a.lost_ready = 1, 1, true, false, b"abcdef"),
+        (|a| a.lost_ready = u32::MAX, 0, true, false, b"abcdef"),
+        (|a| a.doubled_ready = 1, 3, true, false, b"abcdef"),
+        (|a| a.lost_end = 1, 2, false, false, b"abcdef"),
+        (|a| a.causeless_timeout = true, 2, true, true, b"abcdef"),
+        (|a| a.fifo = 5, 2, true, false, b"abcde\0"),
+        (|a| a.overrun_drops_oldest = true, 2, true, false, b"bcdefg"),
+        (
+            |a| a.overrun_at_start_bit = true,
+            2,
+            true,
+            false,
+            b"abcde\0",
+        ),
+    ];
+    for (n, (change, count, ends, times_out, waiting)) in cases.into_iter().enumerate() {
+        let mut board = assuming(1, change);
+        board.send(b"0abcdefg");
+        board.send_symbols(&[LineSymbol::BadStop(b'h')]);
+        board.wait(11 * BYTE);
+        assert_eq!(ready(&mut board), count, "case {n}");
+        assert_eq!(board.take_event(ENDRX), ends, "case {n}");
+        assert_eq!(board.take_event(RXTO), times_out, "case {n}");
+        assert_eq!(board.get(ERRORSRC), FRAMING | OVERRUN, "case {n}");
+        board.set(RXD_MAXCNT, 6);
+        board.set(STARTRX, 1);
+        board.wait(BYTE);
+        assert_eq!(board.bytes(BUFFER, 6), waiting, "case {n}");
+        let is_full = waiting[5] != 0;
+        assert_eq!(board.take_event(ENDRX), is_full, "only one is lost");
+    }
 }
 
 #[test]
@@ -68,72 +116,6 @@ fn a_late_rxdrdy_comes_before_the_next_byte() {
 }
 
 #[test]
-fn rxdrdy_may_wait_for_the_head_of_the_fifo() {
-    for (at_store, first) in [(true, 4), (false, 2)] {
-        let mut board = assuming(1, |a| a.ready_at_store = at_store);
-        board.send(b"abcd");
-        board.wait(5 * BYTE);
-        assert_eq!(ready(&mut board), first);
-        board.set(RXD_MAXCNT, 3);
-        board.set(STARTRX, 1);
-        board.wait(BYTE);
-        assert_eq!(ready(&mut board), 4);
-    }
-}
-
-#[test]
-fn rxdrdy_may_count_what_is_not_stored() {
-    for counted in [false, true] {
-        let mut board = assuming(8, |a| a.ready_on_framing_error = counted);
-        board.send_symbols(&[LineSymbol::BadStop(b'b')]);
-        board.wait(2 * BYTE);
-        assert_eq!(ready(&mut board), u32::from(counted));
-
-        let mut board = assuming(1, |a| {
-            a.ready_at_store = true;
-            a.ready_on_overrun = counted;
-        });
-        board.send(b"0abcdefg");
-        board.wait(10 * BYTE);
-        assert_eq!(board.get(ERRORSRC), OVERRUN);
-        assert_eq!(ready(&mut board), 7 + u32::from(counted));
-    }
-}
-
-#[test]
-fn rxdrdy_may_be_lost_or_doubled() {
-    for (lost, doubled, count) in [(0, 0, 5), (2, 0, 3), (0, 2, 7), (u32::MAX, 0, 0)] {
-        let mut board = assuming(8, |a| {
-            a.lost_ready = lost;
-            a.doubled_ready = doubled;
-        });
-        board.send(b"abcde");
-        board.wait(6 * BYTE);
-        assert_eq!(ready(&mut board), count);
-        assert_eq!(
-            board.bytes(BUFFER, 5),
-            b"abcde",
-            "the bytes are stored nevertheless"
-        );
-    }
-}
-
-#[test]
-fn endrx_may_be_lost() {
-    for lost in [0, 1] {
-        let mut board = assuming(1, |a| a.lost_end = lost);
-        board.send(b"ab");
-        board.wait(2 * BYTE);
-        assert_eq!(board.take_event(ENDRX), lost == 0);
-        assert_eq!(board.bytes(BUFFER, 1), b"a");
-        board.set(STARTRX, 1);
-        board.wait(2 * BYTE);
-        assert!(board.take_event(ENDRX), "only one ENDRX is lost");
-        assert_eq!(board.bytes(BUFFER, 1), b"b");
-    }
-}
-
-#[test]
 fn rxstarted_may_take_its_time_and_no_byte_is_stored_before() {
     let mut board = assuming(1, |a| a.start_lag = BYTE);
     board.send(b"ab");
@@ -145,20 +127,6 @@ fn rxstarted_may_take_its_time_and_no_byte_is_stored_before() {
     board.wait(1);
     assert!(board.take_event(RXSTARTED) && board.take_event(ENDRX));
     assert_eq!(board.bytes(BUFFER, 1), b"b");
-}
-
-#[test]
-fn an_overrun_may_drop_the_oldest_byte() {
-    for (oldest, kept) in [(false, b"bcdefg"), (true, b"cdefgh")] {
-        let mut board = assuming(1, |a| a.overrun_drops_oldest = oldest);
-        board.send(b"abcdefgh");
-        board.wait(9 * BYTE);
-        assert_eq!(board.get(ERRORSRC), OVERRUN);
-        board.set(RXD_MAXCNT, 6);
-        board.set(STARTRX, 1);
-        board.wait(BYTE);
-        assert_eq!(board.bytes(BUFFER, 6), kept);
-    }
 }
 
 /// "A start bit is received while the previous data still lies in RXD (previous data is lost)."
@@ -193,14 +161,7 @@ fn any_write_to_errorsrc_may_clear_all_causes() {
 }
 
 #[test]
-fn rxto_may_come_with_any_endrx_or_not_come() {
-    for causeless in [false, true] {
-        let mut board = assuming(1, |a| a.causeless_timeout = causeless);
-        board.send(b"a");
-        board.wait(2 * BYTE);
-        assert!(board.take_event(ENDRX));
-        assert_eq!(board.take_event(RXTO), causeless);
-    }
+fn rxto_may_not_come() {
     for lost in [0, 1] {
         let mut board = assuming(1, |a| a.lost_timeout = lost);
         board.set(STOPRX, 1);
@@ -267,16 +228,6 @@ fn a_task_that_is_triggered_twice_at_once_may_act_once() {
         board.send(b"a");
         board.wait(2 * BYTE);
         assert_eq!(ready(&mut board), count);
-    }
-}
-
-#[test]
-fn the_fifo_may_hold_five() {
-    for (fifo, error) in [(6, 0), (5, OVERRUN)] {
-        let mut board = assuming(1, |a| a.fifo = fifo);
-        board.send(b"0abcdef");
-        board.wait(9 * BYTE);
-        assert_eq!(board.get(ERRORSRC), error);
     }
 }
 
@@ -356,7 +307,7 @@ fn assumptions_come_one_by_one_and_mixed() {
         assert!(mixed.fifo == 5 || mixed.fifo == 6);
         end_first += u32::from(mixed.ready_lag >= mixed.dma_lag);
     }
-    assert!((40..120).contains(&end_first), "{end_first} of 200");
+    assert!((40..160).contains(&end_first), "{end_first} of 200");
     for (field, changed) in unchanged.iter().zip(changed) {
         // The first and the last line are no fields. `mixed` never sets `doubled_when_open`.
         let is_changed = field.contains(": ") && !field.contains("doubled_when_open");

@@ -72,10 +72,7 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     assert_eq!(activations.len(), 10);
     for activation in activations {
         assert_eq!(activation.exception, TIMER0_EXCEPTION);
-        // The handler loads two constants, with two instructions each, and has six other
-        // instructions.
-        assert_eq!(activation.instructions, 10);
-        // Ten instructions take a cycle each, and three of them take one more for a data access. The entry takes 12
+        // The handler's ten instructions take a cycle each, and three of them take one more for a data access. The entry takes 12
         // cycles, and 8 more for stacking eight words. The return takes 10 cycles, and 8 more for unstacking them.
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
@@ -162,13 +159,8 @@ fn it_runs_to_a_symbol() {
 #[test]
 fn a_symbol_that_is_not_there_is_an_error() {
     let board = ticking();
-    assert_eq!(
-        board.word("TOCKS"),
-        Err(Error::Symbol {
-            name: "TOCKS".to_owned(),
-            found: 0
-        })
-    );
+    let error = board.word("TOCKS").unwrap_err();
+    assert!(error.to_string().contains("0 symbols named `TOCKS`"));
 }
 
 #[test]
@@ -226,17 +218,6 @@ fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
     assert_eq!(board.get(0x4000_0400), 0b110, "the causes add up");
 }
 
-/// The sender at the other end is not affected by a reset of the chip.
-#[test]
-fn a_reset_leaves_the_line_as_it_is() {
-    let mut board = receiving(8);
-    board.reset();
-    start_receiving(&mut board, BAUD_1M, 1);
-    board.send(b"a");
-    board.wait(20 * MICROSECOND);
-    assert_eq!(board.bytes(BUFFER, 1), b"a");
-}
-
 #[test]
 fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     // Reads GPIOTE.
@@ -259,29 +240,18 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     );
 }
 
+/// Writing to flash is a fault, too.
 #[test]
 fn a_fault_ends_the_emulation_with_its_status() {
-    // udf
-    let error = board_of(&[0xDE00], &[RETURN]).run_for(100).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Fault {
-                pc: 0x100,
-                cfsr: 0x1_0000,
-                ..
-            }
-        ),
-        "{error}"
-    );
-}
-
-#[test]
-fn flash_is_not_written_by_accident() {
-    let mut main = load(0, 0x100).to_vec();
-    main.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
-    let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
-    assert!(matches!(error, Error::Fault { bfar: 0x100, .. }), "{error}");
+    let undefined = vec![0xDE00]; // udf
+    let writes = [&load(0, 0x104)[..], &[0x6001, 0xE7FE]].concat(); // str r1, [r0]; b .
+    for (main, status) in [
+        (undefined, "pc 0x00000100: CFSR 0x00010000"),
+        (writes, "address 0x00000104"),
+    ] {
+        let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
+        assert!(error.to_string().contains(status), "{error}");
+    }
 }
 
 /// The test prepares RTT's control block and reads it like a debug probe.

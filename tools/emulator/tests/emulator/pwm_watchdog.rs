@@ -7,18 +7,16 @@ const PWM: u32 = 0x4001_C000;
 const PWM_STOP: u32 = PWM + 0x004;
 const SEQSTART0: u32 = PWM + 0x008;
 const STOPPED: u32 = PWM + 0x104;
-const SEQEND0: u32 = PWM + 0x110;
 const PWM_ENABLE: u32 = PWM + 0x500;
 const COUNTERTOP: u32 = PWM + 0x508;
 const PWM_PRESCALER: u32 = PWM + 0x50C;
 const DECODER: u32 = PWM + 0x510;
-const LOOP: u32 = PWM + 0x514;
 const SEQ0_PTR: u32 = PWM + 0x520;
 const SEQ0_CNT: u32 = PWM + 0x524;
-const SEQ0_REFRESH: u32 = PWM + 0x528;
 const PSEL_OUT0: u32 = PWM + 0x560;
 
 const WDT: u32 = 0x4001_0000;
+const PIN_CNF: u32 = 0x5000_0700;
 const RESETREAS: u32 = 0x4000_0400;
 
 /// Returns the compare value, with the polarity bit, for a pulse that is high for `counts` counts and then low.
@@ -62,11 +60,12 @@ fn widths(board: &mut Board) -> Vec<[Option<u64>; 4]> {
 
 #[test]
 fn pulses_are_as_wide_as_the_values_say() {
-    let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
+    // Without the polarity bit, the rest of the period is high.
+    let mut board = servos(&[pulse(1_000), 1_498, pulse(2_000), 0]);
     board.set(SEQSTART0, 1);
     board.wait(45 * MILLISECOND);
     // A step is repeated until another sequence starts. The fourth channel has no pin.
-    let pulses = [Some(1_000), Some(1_498), Some(2_000), None];
+    let pulses = [Some(1_000), Some(18_502), Some(2_000), None];
     assert_eq!(widths(&mut board), [pulses; 3]);
     let periods = &board.trace().pwm_periods;
     assert!(
@@ -74,42 +73,6 @@ fn pulses_are_as_wide_as_the_values_say() {
             .iter()
             .all(|period| period.length == 20 * MILLISECOND)
     );
-}
-
-#[test]
-fn without_the_polarity_bit_the_rest_of_the_period_is_high() {
-    let mut board = servos(&[1_000, 20_000, 0, 0]);
-    board.set(SEQSTART0, 1);
-    assert_eq!(
-        widths(&mut board),
-        [[Some(19_000), Some(0), Some(20_000), None]]
-    );
-}
-
-#[test]
-fn a_start_while_it_runs_takes_effect_with_the_next_period() {
-    let mut board = servos(&[pulse(1_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(5 * MILLISECOND);
-    write_values(&mut board, &[pulse(2_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(20 * MILLISECOND);
-    let [first, second] = [1_000, 2_000].map(|w| [Some(w), Some(w), Some(w), None]);
-    assert_eq!(widths(&mut board), [first, second]);
-}
-
-#[test]
-fn each_step_of_a_sequence_is_repeated_as_refresh_says() {
-    let (a, b) = (pulse(1_000), pulse(1_500));
-    let mut board = servos(&[a, a, a, a, b, b, b, b]);
-    board.set(SEQ0_REFRESH, 1);
-    board.set(SEQSTART0, 1);
-    board.wait(79 * MILLISECOND);
-    let first: Vec<u64> = widths(&mut board).iter().filter_map(|w| w[0]).collect();
-    assert_eq!(first, [1_000, 1_000, 1_500, 1_500]);
-    assert!(!board.take_event(SEQEND0));
-    board.wait(2 * MILLISECOND);
-    assert!(board.take_event(SEQEND0));
 }
 
 #[test]
@@ -125,22 +88,6 @@ fn stopping_waits_for_the_end_of_the_period() {
     assert_eq!(board.trace().pwm_periods.len(), 1);
 }
 
-#[test]
-fn a_reset_ends_the_pulses_and_they_have_been_seen() {
-    let mut board = servos(&[pulse(1_000); 4]);
-    board.set(SEQSTART0, 1);
-    board.wait(25 * MILLISECOND);
-    board.reset();
-    board.wait(50 * MILLISECOND);
-    assert_eq!(board.trace().pwm_periods.len(), 2);
-}
-
-#[test]
-fn a_loop_is_refused() {
-    let mut board = servos(&[0; 4]);
-    assert!(board.set_register(LOOP, 1).is_err());
-}
-
 /// Returns a board whose watchdog times out after 3277 cycles of 32.768 kHz, 100 ms.
 fn watched() -> Board {
     let mut board = asleep();
@@ -152,7 +99,7 @@ fn watched() -> Board {
 #[test]
 fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
     let mut board = watched();
-    board.set(0x5000_0518, 1 << 13);
+    board.set(PIN_CNF + 4 * 13, 3);
     let began = board.now();
     board.wait(100 * MILLISECOND);
     assert!(board.trace().resets.is_empty());
@@ -177,47 +124,31 @@ fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
 #[test]
 fn a_watchdog_that_is_fed_does_not_bite() {
     let mut board = watched();
+    // A running watchdog cannot be slowed down.
+    board.set(WDT + 0x504, 100_000);
     for _ in 0..20 {
         board.wait(90 * MILLISECOND);
         board.set(WDT + 0x600, 0x6E52_4635);
     }
     assert!(board.trace().resets.is_empty());
-}
-
-/// The configuration 1 pauses the watchdog while a debugger halts the core. The configuration 9 lets it run on.
-#[test]
-fn a_halt_pauses_the_watchdog_if_its_configuration_says_so() {
-    for (configuration, resets) in [(1, 0), (9, 1)] {
-        let mut board = asleep();
-        board.set(WDT + 0x50C, configuration);
-        board.set(WDT + 0x504, 3_276);
-        board.set(WDT, 1);
-        board.wait(50 * MILLISECOND);
-        let began = board.now();
-        board.halt_for(2_000 * MILLISECOND);
-        board.wait(2_040 * MILLISECOND);
-        assert_eq!(board.trace().resets.len(), resets, "{configuration}");
-        // The time has passed also for the peripherals that do not pause.
-        assert!(board.now() >= began + 2_040 * MILLISECOND);
-        board.wait(20 * MILLISECOND);
-        assert_eq!(board.trace().resets.len(), 1, "{configuration}");
-    }
-}
-
-#[test]
-fn another_value_does_not_feed_it() {
-    let mut board = watched();
+    // Another value does not feed it.
     board.wait(90 * MILLISECOND);
     board.set(WDT + 0x600, 1);
     board.wait(20 * MILLISECOND);
     assert_eq!(board.trace().resets.len(), 1);
 }
 
+/// The time has passed also for the peripherals that do not pause.
 #[test]
-fn a_running_watchdog_cannot_be_slowed_down() {
+fn a_halt_pauses_the_watchdog() {
     let mut board = watched();
-    board.set(WDT + 0x504, 100_000);
-    board.wait(110 * MILLISECOND);
+    board.wait(50 * MILLISECOND);
+    let began = board.now();
+    board.halt_for(2_000 * MILLISECOND);
+    board.wait(2_040 * MILLISECOND);
+    assert!(board.trace().resets.is_empty());
+    assert!(board.now() >= began + 2_040 * MILLISECOND);
+    board.wait(20 * MILLISECOND);
     assert_eq!(board.trace().resets.len(), 1);
 }
 
@@ -225,12 +156,12 @@ fn a_running_watchdog_cannot_be_slowed_down() {
 fn outputs_are_seen_when_they_change() {
     let mut board = asleep();
     // PIN_CNF[13] as output, then OUTSET and OUTCLR.
-    board.set(0x5000_0700 + 4 * 13, 3);
+    board.set(PIN_CNF + 4 * 13, 3);
     board.set(0x5000_0508, 1 << 13);
     board.wait(10 * MICROSECOND);
     board.set(0x5000_050C, 1 << 13);
     // P1.02 as well.
-    board.set(0x5000_0300 + 0x518, 1 << 2);
+    board.set(PIN_CNF + 0x300 + 4 * 2, 3);
     let seen: Vec<_> = board
         .trace()
         .pin_changes
@@ -253,7 +184,7 @@ fn outputs_are_seen_when_they_change() {
 fn a_quiet_line_is_read_as_high() {
     let mut board = asleep();
     // PIN_CNF[8]: input, buffer connected, pulled up.
-    board.set(0x5000_0700 + 4 * 8, 3 << 2);
+    board.set(PIN_CNF + 4 * 8, 3 << 2);
     assert_eq!(board.get(0x5000_0510), 1 << 8);
 }
 
@@ -275,6 +206,7 @@ fn seqstart_may_cut_the_period() {
         board.assume(Assumptions::default().with(|a| a.start_cuts_period = cuts));
         board.set(SEQSTART0, 1);
         board.wait(1_200 * MICROSECOND);
+        write_values(&mut board, &[pulse(500); 4]);
         board.set(SEQSTART0, 1);
         board.wait(30 * MILLISECOND);
         let first = board.trace().pwm_periods[0];
@@ -282,6 +214,12 @@ fn seqstart_may_cut_the_period() {
         assert!(first.length.abs_diff(length * MICROSECOND) < 100);
         assert_eq!(first.pulses()[0], Some(1_000));
         assert_eq!(first.pulses()[1] == Some(1_498), !cuts);
+        assert_eq!(board.trace().pwm_periods[1].pulses()[0], Some(500));
+        // A reset ends the pulses.
+        let periods = board.trace().pwm_periods.len();
+        board.reset();
+        board.wait(50 * MILLISECOND);
+        assert_eq!(board.trace().pwm_periods.len(), periods);
     }
 }
 

@@ -6,10 +6,8 @@ use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 pub(crate) const UARTE: u32 = 0x4000_2000;
 pub(crate) const STARTRX: u32 = UARTE;
 pub(crate) const STOPRX: u32 = UARTE + 0x004;
-pub(crate) const FLUSHRX: u32 = UARTE + 0x02C;
 pub(crate) const RXDRDY: u32 = UARTE + 0x108;
 pub(crate) const ENDRX: u32 = UARTE + 0x110;
-pub(crate) const ERROR: u32 = UARTE + 0x124;
 pub(crate) const RXTO: u32 = UARTE + 0x144;
 pub(crate) const RXSTARTED: u32 = UARTE + 0x14C;
 pub(crate) const UARTE_SHORTS: u32 = UARTE + 0x200;
@@ -19,11 +17,8 @@ pub(crate) const PSEL_RXD: u32 = UARTE + 0x514;
 pub(crate) const BAUDRATE: u32 = UARTE + 0x524;
 pub(crate) const RXD_PTR: u32 = UARTE + 0x534;
 pub(crate) const RXD_MAXCNT: u32 = UARTE + 0x538;
-pub(crate) const RXD_AMOUNT: u32 = UARTE + 0x53C;
-pub(crate) const UARTE_CONFIG: u32 = UARTE + 0x56C;
 
 pub(crate) const OVERRUN: u32 = 1;
-pub(crate) const PARITY: u32 = 2;
 pub(crate) const FRAMING: u32 = 4;
 pub(crate) const BREAK: u32 = 8;
 

@@ -5,14 +5,14 @@
 //! names.
 #![no_std]
 #![no_main]
-
-mod rivals;
+#![allow(dead_code, reason = "each program uses one of the receivers")]
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line};
+use framelock_rivals_adapters as adapters;
 
 /// The stream. The benchmark writes the stream into this array when the program calls `begin`.
 #[unsafe(no_mangle)]
@@ -61,6 +61,29 @@ impl<F: FixedFormat> Receiver for Line<framelock::Receiver<F>> {
     #[inline(never)]
     fn take(&mut self, byte: u8) -> u32 {
         found(self.push(byte).as_ref())
+    }
+}
+
+/// The receiver of another crate.
+struct Rival<C>(C);
+
+impl<C: adapters::Contender> Receiver for Rival<C> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        let mut frames = 0;
+        self.0.push(byte, |message| frames += found(Some(&message)));
+        frames
+    }
+}
+
+/// A receiver that does nothing. The benchmark subtracts its cost from the costs of the others.
+struct Nothing;
+
+impl Receiver for Nothing {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        black_box(byte);
+        0
     }
 }
 
@@ -140,21 +163,34 @@ framelock! {
     "sbus": BufferedReceiver::<_, [u8; 50]>::new(framelock_formats::sbus::Sbus);
     "ibus": BufferedReceiver::<_, [u8; 64]>::new(framelock_formats::ibus::Ibus);
     "crsf": BufferedReceiver::<_, [u8; 128]>::new(framelock_formats::crsf::Crsf);
-    "ubx": BufferedReceiver::<_, [u8; 212]>::new(framelock_formats::ubx::Ubx::<106>);
-    "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(MESSAGES));
+    "ubx": BufferedReceiver::<_, [u8; 2 * adapters::UBX_LONGEST]>::new(framelock_formats::ubx::Ubx::<{ adapters::UBX_LONGEST }>);
+    "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(adapters::mavlink2::MESSAGES));
 }
 
-/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry has the message's
-/// number, its CRC extra, and the length of its longest payload.
-#[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
-const MESSAGES: &[framelock_formats::layout::KnownMessage] = &[
-    framelock_formats::layout::KnownMessage::with_extra(0, 50, 9),
-    framelock_formats::layout::KnownMessage::with_extra(1, 124, 43),
-    framelock_formats::layout::KnownMessage::with_extra(24, 24, 52),
-    framelock_formats::layout::KnownMessage::with_extra(30, 39, 28),
-    framelock_formats::layout::KnownMessage::with_extra(33, 104, 28),
-    framelock_formats::layout::KnownMessage::with_extra(65, 118, 42),
-    framelock_formats::layout::KnownMessage::with_extra(74, 20, 20),
-    framelock_formats::layout::KnownMessage::with_extra(131, 223, 255),
-    framelock_formats::layout::KnownMessage::with_extra(253, 83, 54),
-];
+/// Defines the entry point for a feature that selects a receiver of another crate.
+macro_rules! rivals {
+    ($($feature:literal: $adapter:ty;)*) => {$(
+        #[cfg(feature = $feature)]
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            receive(Rival(<$adapter>::default()))
+        }
+    )*};
+}
+
+rivals! {
+    "sbus-sbus": adapters::Sbus;
+    "sbus-sbus-rs": adapters::SbusRs;
+    "sbus-uf-sbus": adapters::UfSbus;
+    "ibus-parse_rc_ibus": adapters::Textbook;
+    "crsf-crsf": adapters::Crsf;
+    "crsf-uf-crsf": adapters::UfCrsf;
+    "ubx-ublox": adapters::Ublox;
+    "mavlink2-mavlink-core": adapters::mavlink2::MavlinkCore<1>;
+}
+
+#[cfg(feature = "nothing")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    receive(Nothing)
+}

@@ -1,0 +1,342 @@
+//! Makes kinds of frames from the entries of a description. The check of the layout, or the checks here, find entries
+//! that contradict each other.
+
+use std::ops::Range;
+
+use framelock::DiscardReason;
+use framelock_formats::layout::{
+    self, Algorithm, FixedBits, KnownMessage, Length, LengthField, Number, Trailer,
+};
+use toml::Spanned;
+
+use crate::entries::{
+    Entries, FieldEntry, Text, TrailerEntry, ViewEntry, parsed, parsed_if_any, span,
+};
+use crate::field::{Field, Type};
+use crate::kind::{Kind, LONGEST};
+use crate::layouts::{Alternatives, Layouts, OwnMessages, Parts};
+use crate::messages::sorted;
+use crate::number::NumberType;
+use crate::problem::{Located, Mistake, reject_if};
+use crate::read_field::{ONE_LIST, column_name};
+use crate::{checksum, layouts};
+
+/// A field, and its entries.
+type ReadField<'e> = (Field, &'e Spanned<FieldEntry>);
+
+impl Kind {
+    /// Returns the kind with these entries. `is_one_of_many` says whether the description has several kinds.
+    pub(crate) fn read(name: &str, all: &Entries, is_one_of_many: bool) -> Result<Self, Located> {
+        let fields = read_fields(&all.fields)?;
+        let (fixed, owners) = fixed_bits(&fields);
+        let terminators = parsed_if_any(all.terminator.as_ref(), layouts::terminators)?;
+        let (trailer, trailer_field) = all.trailer.as_ref().map(trailer).transpose()?.unzip();
+        let mut parts = Parts {
+            sync: parsed_if_any(all.sync.as_ref(), Alternatives::parse)?.unwrap_or_default(),
+            length: length(all)?,
+            shortest: 0,
+            longest: 0,
+            fixed,
+            messages: messages(all, &fields)?,
+            checksum: all.checksum.as_ref().map(checksum::read).transpose()?,
+            terminators: terminators.unwrap_or_default(),
+            content: parsed_if_any(all.content.as_ref(), layouts::content)?.unwrap_or_default(),
+            trailer,
+            table: None,
+        };
+        let algorithm = parts.checksum.map(|checksum| checksum.algorithm);
+        if let Some(Algorithm::Crc(crc)) = algorithm
+            && (8..=32).contains(&crc.width)
+        {
+            parts.table = Some(Box::new(crc.table_of_words()));
+        }
+        let checksum = parts.checksum.iter().map(|checksum| checksum.at);
+        let places = checksum.chain(fields.iter().map(|(field, _)| field.at));
+        let from_end = places.fold(parts.terminators[0].length, bytes_from_end);
+        let header = layouts::header(&parts.layout());
+        if is_one_of_many && parts.messages.is_none() {
+            parts.messages = distinguishing(&parts.fixed, header);
+        }
+        (parts.shortest, parts.longest) = bounds(all, parts.length, header + from_end)?;
+        let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
+            let span = span_of(contradiction.part, all, &owners);
+            Located::new(span, contradiction.message)
+        })?;
+        let known = all.messages.as_ref().map(|it| it.get_ref().known.names());
+        let mut kind = Self {
+            name: name.to_owned(),
+            layouts,
+            fields: Vec::new(),
+            ends: None,
+            from_end,
+            views: Vec::new(),
+            sign: (0, Vec::new()),
+            has_truncated_zeros: all.truncated_zeros.unwrap_or(false),
+            message_names: known.unwrap_or_default(),
+        };
+        let views = all.views.iter();
+        let views = views.map(|view| kind.view(view, &fields, trailer_field.clone()));
+        let views = views.collect::<Result<Vec<_>, _>>();
+        kind.place(&fields, trailer_field)?;
+        kind.check_example(all, &owners)?;
+        kind.views = views?;
+        Ok(kind)
+    }
+
+    /// Returns the view with these entries. The kind has no fields yet. `common` are the fields of the kind.
+    fn view(
+        &self,
+        entry: &ViewEntry,
+        common: &[ReadField],
+        trailer: Option<Field>,
+    ) -> Result<Self, Located> {
+        let own = read_fields(&entry.fields)?;
+        // If a view has items, the view's fields are added to the field that takes the rest of the frame. Otherwise the
+        // view's fields replace that field.
+        let has_items = own.iter().any(|(field, _)| field.item.is_some());
+        let is_common = |(field, _): &&ReadField| has_items || field.length().is_some();
+        let common = common.iter().filter(is_common);
+        let fields: Vec<ReadField> = common.cloned().chain(own).collect();
+        let sign = parsed(&entry.bytes, Alternatives::parse)?;
+        let places = fields.iter().map(|(field, _)| field.at);
+        let mut view = Self {
+            name: entry.name.clone(),
+            sign: (front(&entry.at)?, sign.bytes),
+            from_end: places.fold(self.from_end, bytes_from_end),
+            message_names: Vec::new(),
+            ..self.clone()
+        };
+        view.place(&fields, trailer)?;
+        Ok(view)
+    }
+
+    /// Gives the kind its fields. Checks that each field is in every frame that must have it, and outside the sync, the
+    /// length, the checksum and the terminator. Fields may share bytes with each other.
+    fn place(&mut self, fields: &[ReadField], trailer: Option<Field>) -> Result<(), Located> {
+        let longest = self.layout().longest_without_trailer();
+        let fixed_length = (self.layout().length == Length::Fixed).then_some(longest);
+        for (field, entry) in fields {
+            let mut field = field.clone();
+            let has_bytes = field.limit(fixed_length, self.from_end);
+            let rule = "no bytes of the frame are left for this field";
+            reject_if(!has_bytes, entry.span(), rule)?;
+            self.fields.push(field);
+        }
+        self.fields.extend(trailer.map(|mut trailer| {
+            trailer.limit(fixed_length, self.from_end);
+            trailer
+        }));
+        self.ends = self.ends_of_fields();
+        for length in [self.layout().shortest, longest] {
+            for (field, (_, entry)) in self.fields.iter().zip(fields) {
+                let is_optional = length < longest && self.shortest_with(field).is_some();
+                // An item shares the bytes of its text.
+                if field.item.is_some() || is_optional {
+                    continue;
+                }
+                let name = || field.name.clone();
+                let mistake = match field.position(length) {
+                    Some(bytes) => self.overlapped(field, bytes, length).map(|part| {
+                        let (field, part) = (name(), part.name());
+                        Mistake::Overlap { field, part }
+                    }),
+                    None => field.length().map(|_| {
+                        let field = name();
+                        Mistake::Outside { field, length }
+                    }),
+                };
+                if let Some(mistake) = mistake {
+                    return Err(Located::new(entry.get_ref().at.span(), mistake));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a frame of this kind exists, by making one.
+    fn check_example(&self, all: &Entries, owners: &[Range<usize>]) -> Result<(), Located> {
+        let layout = self.layout();
+        let Err(why) = layout.example(&mut vec![0; layout.longest]) else {
+            return Ok(());
+        };
+        let (part, rule) = match (why, owners.len().checked_sub(1)) {
+            (DiscardReason::NoSync | DiscardReason::BrokenSync, _) => (
+                layout::Part::Sync,
+                "sync: no frame can be made, because other parts determine these bytes",
+            ),
+            (DiscardReason::UnknownMessage, _) => (
+                layout::Part::Messages,
+                "messages: no frame can be made, because other parts determine the number",
+            ),
+            (DiscardReason::WrongTerminator, Some(last)) => (
+                layout::Part::Fixed(last),
+                "fixed: no frame can be made, because other parts exclude this value",
+            ),
+            (DiscardReason::WrongTerminator, None) => (
+                layout::Part::Terminator,
+                "terminator: no frame can be made, because other parts exclude this end, or contain it",
+            ),
+            _ => (
+                layout::Part::Length,
+                "length: no frame can be made, because no length in its header is in the limits and agrees with the \
+                 fixed values",
+            ),
+        };
+        Err(Located::new(span_of(part, all, owners), rule))
+    }
+}
+
+fn read_fields(entries: &[Spanned<FieldEntry>]) -> Result<Vec<ReadField<'_>>, Located> {
+    let read = |entry| Ok((Field::read(entry)?, entry));
+    entries.iter().map(read).collect()
+}
+
+/// Reads a position that is counted from the front.
+fn front(at: &Spanned<i16>) -> Result<usize, Located> {
+    let rule = "this is needed before the frame's end is known: count it from the front, 0 or more";
+    usize::try_from(*at.get_ref()).map_err(|_| Located::new(at.span(), rule))
+}
+
+/// Returns the greater one of two numbers: `bytes`, and the number of bytes from a position to the end of the frame.
+fn bytes_from_end(bytes: usize, at: i16) -> usize {
+    bytes.max(at.min(0).unsigned_abs().into())
+}
+
+/// Reads the type and the position of a number in the header.
+fn number(at: &Spanned<i16>, name: &Text) -> Result<Number, Located> {
+    let number = parsed(name, |name| NumberType::parse_unsigned(name, &[]))?;
+    Ok(number.at(front(at)?))
+}
+
+/// Returns the trailer, and its field.
+fn trailer(entry: &Spanned<TrailerEntry>) -> Result<(Trailer, Field), Located> {
+    let TrailerEntry {
+        name,
+        at,
+        mask,
+        bytes,
+    } = entry.get_ref();
+    let name = parsed(name, column_name)?;
+    let (at, mask, bytes) = (front(at)?, *mask, *bytes);
+    Ok((Trailer { at, mask, bytes }, Field::of_trailer(name, bytes)))
+}
+
+/// Returns the part that determines the length of a frame.
+fn length(all: &Entries) -> Result<Length, Located> {
+    match (&all.length, &all.length_field) {
+        (Some(length), Some(_)) => {
+            let rule = "length is for frames of the same length, length_field for frames that contain their length: \
+                        leave one out";
+            Err(Located::new(length.span(), rule))
+        }
+        (Some(_), None) => Ok(Length::Fixed),
+        (None, Some(field)) => {
+            let field = field.get_ref();
+            Ok(Length::Field(LengthField {
+                number: number(&field.at, &field.r#type)?,
+                mask: field.mask.unwrap_or(u32::MAX),
+                factor: field.factor.unwrap_or(1),
+                plus: field.plus,
+            }))
+        }
+        (None, None) if all.terminator.is_some() => Ok(Length::Delimiter),
+        (None, None) => {
+            let rule = "nothing ends a frame: give length, length_field or terminator";
+            Err(Located::new(0..0, rule))
+        }
+    }
+}
+
+/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `parts`
+/// bytes: the header, and the parts that are counted from the end.
+fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize), Located> {
+    let needless = all.shortest.is_some() || all.longest.is_some();
+    let rule = "every frame has this length: leave shortest and longest out";
+    if let Some(length) = &all.length {
+        reject_if(needless, length.span(), rule)?;
+    }
+    let Some(longest) = all.length.as_ref().or(all.longest.as_ref()) else {
+        let rule = "give longest, the number of bytes in the longest frame: as few as possible, because after a false \
+                    start a frame may be delayed by that many bytes";
+        return Err(Located::new(0..0, rule));
+    };
+    let (what, most) = ("longest", LONGEST);
+    reject_if(
+        *longest.get_ref() > most,
+        longest.span(),
+        Mistake::OutOfRange { what, most },
+    )?;
+    let least = match length {
+        Length::Fixed => *longest.get_ref(),
+        Length::Field(field) => parts.max(usize::try_from(field.plus).unwrap_or(0)),
+        _ => parts,
+    };
+    let shortest = all.shortest.as_ref().map_or(least, |it| *it.get_ref());
+    Ok((shortest, *longest.get_ref()))
+}
+
+/// Returns the bits that are the same in every frame, and for each entry of this list the position of its value.
+fn fixed_bits(fields: &[ReadField]) -> (Vec<FixedBits>, Vec<Range<usize>>) {
+    let constant = fields.iter().filter(|(field, _)| field.constant.is_some());
+    let bits = constant.flat_map(|(field, entry)| {
+        let span = span(entry.get_ref().value.as_ref());
+        let masks = field.masks(0).into_iter();
+        masks.map(move |(byte, (mask, value))| {
+            let byte = i16::try_from(byte).expect("a number has up to nine bytes");
+            let at = field.at.saturating_add(byte);
+            (FixedBits { at, mask, value }, span.clone())
+        })
+    });
+    bits.unzip()
+}
+
+/// Returns the known messages: those of the entry `messages`, or those that a field with a list of values may have.
+fn messages(all: &Entries, fields: &[ReadField]) -> Result<Option<OwnMessages>, Located> {
+    let mut messages = match all.messages.as_ref().map(Spanned::get_ref) {
+        Some(entry) => Some((number(&entry.at, &entry.r#type)?, entry.known.messages())),
+        None => None,
+    };
+    for (field, entry) in fields {
+        if let (Type::Number(number), [_, ..]) = (field.kind, &*field.allowed) {
+            let span = span(entry.get_ref().value.as_ref());
+            reject_if(messages.is_some(), span, ONE_LIST)?;
+            let known = field.allowed.iter().map(|value| KnownMessage::new(*value));
+            let at = field.at.unsigned_abs().into();
+            messages = Some((number.at(at), sorted(known).into()));
+        }
+    }
+    Ok(messages)
+}
+
+/// Returns a list of messages for a kind that has fixed bits after the header. The list makes a receiver check these bits
+/// before it decides on the kind: the list treats the last byte with fixed bits as the message's number, for which a
+/// receiver always waits. The known numbers are all values of this byte that agree with its fixed bits.
+fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<OwnMessages> {
+    let follows = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
+    let last = fixed.iter().filter(follows).max_by_key(|bits| bits.at)?;
+    let bytes = (0..=u8::MAX).filter(|byte| byte & last.mask == last.value);
+    let known: Vec<KnownMessage> = bytes.map(|byte| KnownMessage::new(byte.into())).collect();
+    Some((Number::byte(last.at.unsigned_abs().into()), known.into()))
+}
+
+/// Returns the position of a part's entry. `owners` has the position for each entry of the fixed bits.
+fn span_of(part: layout::Part, all: &Entries, owners: &[Range<usize>]) -> Range<usize> {
+    let length = || span(all.length.as_ref());
+    match part {
+        layout::Part::Sync => span(all.sync.as_ref()),
+        layout::Part::Length => all.length_field.as_ref().map_or_else(length, Spanned::span),
+        layout::Part::Shortest | layout::Part::Longest => {
+            all.longest.as_ref().map_or_else(length, Spanned::span)
+        }
+        layout::Part::Fixed(number) => owners[number].clone(),
+        layout::Part::Messages => {
+            let mut fields = all.fields.iter().map(Spanned::get_ref);
+            let list = fields.find_map(|it| it.value.as_ref().filter(|it| it.get_ref().is_list()));
+            list.map_or_else(|| span(all.messages.as_ref()), Spanned::span)
+        }
+        layout::Part::Checksum => span(all.checksum.as_ref()),
+        layout::Part::Content => span(all.content.as_ref()),
+        layout::Part::Trailer => span(all.trailer.as_ref()),
+        _ => span(all.terminator.as_ref()),
+    }
+}

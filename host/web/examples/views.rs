@@ -1,0 +1,13 @@
+//! Prints the view of each position on a line as JSON, without the line's cells. The tests in a browser compare the page
+//! with these views: `views ADDRESS`.
+
+use framelock_web::Run;
+
+fn main() -> Result<(), String> {
+    let address = std::env::args().nth(1).ok_or("give an address")?;
+    let run = Run::open(&address)?;
+    for position in 0..=run.positions() {
+        println!("{}", run.view(position, 0, 0));
+    }
+    Ok(())
+}

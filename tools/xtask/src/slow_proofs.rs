@@ -1,0 +1,117 @@
+//! The harnesses that take more than 20 s. `cargo xtask verify` proves them again only if their sources have changed.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use serde::Deserialize;
+
+use crate::theorems::is_called;
+use crate::workspace::files;
+
+/// The list, and the hash of the sources with which all its harnesses were proved.
+const RECORD: &str = "proofs/slow-harnesses.toml";
+/// The folders that decide whether the harnesses hold: their sources, and those of the prover.
+const SOURCES: [&str; 3] = ["core/src", "formats/src", "tools/prover/src"];
+
+#[derive(Deserialize)]
+struct Record {
+    proved: String,
+    harnesses: Vec<String>,
+}
+
+pub(crate) struct SlowProofs {
+    path: PathBuf,
+    text: String,
+    pub(crate) harnesses: Vec<String>,
+    /// The hash in the record.
+    proved: String,
+    /// The hash of the sources as they are now.
+    now: String,
+}
+
+impl SlowProofs {
+    /// Reads the record, and hashes the sources.
+    pub(crate) fn load(root: &Path) -> Result<Self> {
+        let path = root.join(RECORD);
+        let text = fs::read_to_string(&path).context(RECORD)?;
+        let Record { proved, harnesses } = toml::from_str(&text).context(RECORD)?;
+        let mut hasher = DefaultHasher::new();
+        for folder in SOURCES {
+            for file in files(&root.join(folder))? {
+                file.strip_prefix(root)?.hash(&mut hasher);
+                fs::read(&file)?.hash(&mut hasher);
+            }
+        }
+        let now = format!("{:016x}", hasher.finish());
+        Ok(Self {
+            path,
+            text,
+            harnesses,
+            proved,
+            now,
+        })
+    }
+
+    /// Returns whether the harnesses were proved with the sources as they are now.
+    pub(crate) fn are_current(&self) -> bool {
+        self.proved == self.now
+    }
+
+    /// Returns whether this is a slow harness.
+    pub(crate) fn contains(&self, harness: &str) -> bool {
+        self.harnesses.iter().any(|slow| is_called(harness, slow))
+    }
+
+    /// Returns a remark that the harnesses are not checked.
+    pub(crate) fn skipped(&self) -> String {
+        let count = self.harnesses.len();
+        format!("{count} slow harnesses were proved earlier with the same sources, see {RECORD}")
+    }
+
+    /// Records that all harnesses were proved with the sources as they are now.
+    pub(crate) fn record(&self) -> Result<()> {
+        if !self.are_current() {
+            fs::write(&self.path, self.text.replace(&self.proved, &self.now))?;
+            println!("{RECORD} records these proofs; commit it with the sources");
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::Workspace;
+
+    #[test]
+    fn a_changed_source_makes_the_slow_proofs_run_until_they_are_recorded() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.target.join("slow-proofs");
+        if root.exists() {
+            fs::remove_dir_all(root).expect("removed");
+        }
+        let write = |file: &str, text: &str| {
+            let path = root.join(file);
+            fs::create_dir_all(path.parent().expect("in a folder")).expect("a folder");
+            fs::write(path, text).expect("written");
+        };
+        write(RECORD, "proved = \"unknown\"\nharnesses = [\"slow\"]\n");
+        for folder in SOURCES {
+            write(&format!("{folder}/lib.rs"), "");
+        }
+        let load = || SlowProofs::load(root).expect("a record");
+        assert!(!load().are_current());
+        load().record().expect("written");
+        assert!(load().are_current());
+        assert!(load().contains("module::slow") && !load().contains("module::not_slow"));
+        for folder in SOURCES {
+            write(&format!("{folder}/module/deep.rs"), "// changed");
+            assert!(!load().are_current(), "{folder}");
+            load().record().expect("written");
+        }
+        fs::rename(root.join("core/src/lib.rs"), root.join("core/src/moved.rs")).expect("moved");
+        assert!(!load().are_current());
+    }
+}
