@@ -23,6 +23,8 @@ struct KindRow {
     /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
     /// index is `None` for columns of fields that this kind lacks.
     cells: Vec<(Option<usize>, usize)>,
+    /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
+    json_names: Vec<String>,
 }
 
 impl KindRow {
@@ -42,10 +44,12 @@ impl KindRow {
                 _ => merged.push(cell),
             }
         }
+        let names = kind.varying_fields().map(|field| &field.name);
         Self {
             kind: kind.clone(),
             is_wanted,
             cells: merged,
+            json_names: names.map(|name| format!(",\"{name}\":")).collect(),
         }
     }
 }
@@ -203,15 +207,19 @@ impl FrameWriter {
             row.extend(b",\"length\":");
             append_number(row, frame.len());
         }
-        let KindRow { kind, .. } = self.kind_row(frame);
+        let KindRow {
+            kind, json_names, ..
+        } = self.kind_row(frame);
         if self.has_kinds {
             row.extend(b",\"kind\":");
             Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
         }
-        for (field, content) in kind.values(frame) {
-            for part in [b",\"", field.name.as_bytes(), b"\":"] {
-                row.extend(part);
-            }
+        let contents = kind.contents(frame);
+        for (field, name) in kind.varying_fields().zip(json_names) {
+            let Some(content) = contents.of(field) else {
+                continue;
+            };
+            row.extend(name.as_bytes());
             if !field.is_array() {
                 content.value().append_json_to(row);
                 continue;

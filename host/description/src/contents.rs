@@ -10,7 +10,7 @@ use crate::value::Value;
 
 impl Kind {
     /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short. All output of frames goes over this list.
+    /// is too short. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
