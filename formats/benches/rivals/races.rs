@@ -33,7 +33,7 @@ struct Contender {
 }
 
 /// Runs the receivers of each protocol that has rivals on all streams, and checks each answer. A receiver in a `Line`
-/// finds the same frames as without.
+/// finds the same frames as the receiver alone.
 pub(crate) fn all() -> Vec<Race> {
     let mut races = Vec::new();
     for protocol in &PROTOCOLS {

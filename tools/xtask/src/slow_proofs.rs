@@ -10,10 +10,15 @@ use serde::Deserialize;
 use crate::theorems::is_called;
 use crate::workspace::files;
 
-/// The list, and the hash of the sources with which all its harnesses were proved.
+/// The list, and the hash of the list and of the sources with which all its harnesses were proved.
 const RECORD: &str = "proofs/slow-harnesses.toml";
 /// The folders that decide whether the harnesses hold: their sources, and those of the prover.
-const SOURCES: [&str; 3] = ["core/src", "formats/src", "tools/prover/src"];
+const SOURCES: [&str; 4] = [
+    "core/src",
+    "formats/src",
+    "tools/prover/src",
+    "tools/prover/stand-in",
+];
 
 #[derive(Deserialize)]
 struct Record {
@@ -27,17 +32,18 @@ pub(crate) struct SlowProofs {
     pub(crate) harnesses: Vec<String>,
     /// The hash in the record.
     proved: String,
-    /// The hash of the sources as they are now.
+    /// The hash of the list and of the sources as they are now.
     now: String,
 }
 
 impl SlowProofs {
-    /// Reads the record, and hashes the sources.
+    /// Reads the record, and hashes the list and the sources.
     pub(crate) fn load(root: &Path) -> Result<Self> {
         let path = root.join(RECORD);
         let text = fs::read_to_string(&path).context(RECORD)?;
         let Record { proved, harnesses } = toml::from_str(&text).context(RECORD)?;
         let mut hasher = DefaultHasher::new();
+        harnesses.hash(&mut hasher);
         for folder in SOURCES {
             for file in files(&root.join(folder))? {
                 file.strip_prefix(root)?.hash(&mut hasher);
@@ -111,6 +117,10 @@ mod tests {
             assert!(!load().are_current(), "{folder}");
             load().record().expect("written");
         }
+        let one_more = fs::read_to_string(root.join(RECORD)).expect("a record");
+        write(RECORD, &one_more.replace("[", "[\"added\", "));
+        assert!(!load().are_current(), "a harness is added to the list");
+        load().record().expect("written");
         fs::rename(root.join("core/src/lib.rs"), root.join("core/src/moved.rs")).expect("moved");
         assert!(!load().are_current());
     }
