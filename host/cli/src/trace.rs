@@ -189,7 +189,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 /// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
 const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 
-/// The column of frames other than BIN.
+/// The header of the table for frames other than BIN: its only column has the pending bytes.
 const OTHER_COLUMNS: &str = "    pending";
 
 /// The separator between events of the same byte. The separator begins a new row for each further event.

@@ -206,13 +206,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use super::*;
+    use crate::demo::story::tests::story_at;
     use crate::view_parts::tests::screen;
-
-    fn story_at(milliseconds: u64) -> Story {
-        let mut story = Story::new().unwrap();
-        story.advance_to(Duration::from_millis(milliseconds));
-        story
-    }
 
     /// At 7 s the lecture's machine has missed 49 frames, and its failsafe has parked the seat.
     const DEAF: [&str; 23] = [

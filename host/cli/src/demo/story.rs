@@ -356,7 +356,7 @@ fn part_at(time: Duration) -> (&'static Part, u32) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use framelock::motion::Phase;
@@ -364,7 +364,8 @@ mod tests {
 
     use super::*;
 
-    fn story_at(milliseconds: u64) -> Story {
+    /// Returns the story at this time.
+    pub(in crate::demo) fn story_at(milliseconds: u64) -> Story {
         let mut story = Story::new().unwrap();
         story.advance_to(Duration::from_millis(milliseconds));
         story

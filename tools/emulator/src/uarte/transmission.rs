@@ -11,7 +11,7 @@ use crate::peripheral::{Common, Context, Peripheral};
 const STARTTX: u32 = 0x008;
 const ENDTX: u32 = 0x120;
 const TXD_PTR: u32 = 0x544;
-/// The value of CONFIG with a parity bit.
+/// The value of CONFIG that adds a parity bit to each byte.
 const PARITY: u32 = 7 << 1;
 
 #[derive(Debug)]
