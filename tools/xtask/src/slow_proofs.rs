@@ -118,7 +118,7 @@ mod tests {
             load().record().expect("written");
         }
         let one_more = fs::read_to_string(root.join(RECORD)).expect("a record");
-        write(RECORD, &one_more.replace("[", "[\"added\", "));
+        write(RECORD, &one_more.replace('[', "[\"added\", "));
         assert!(!load().are_current(), "a harness is added to the list");
         load().record().expect("written");
         fs::rename(root.join("core/src/lib.rs"), root.join("core/src/moved.rs")).expect("moved");
