@@ -1,18 +1,9 @@
-//! This process: the time of day, its standard streams, and its reaction to Ctrl-C.
+//! This process: its standard streams, and its reaction to Ctrl-C.
 
 use std::fs::File;
 use std::io;
-use std::time::SystemTime;
 
 use anyhow::{Context, Result};
-
-/// Returns the time of day for messages, such as `09:30:05 UTC`.
-pub(crate) fn time_of_day() -> String {
-    let since_1970 = SystemTime::UNIX_EPOCH.elapsed();
-    let seconds = since_1970.map_or(0, |time| time.as_secs());
-    let [hours, minutes] = [seconds / 3600 % 24, seconds / 60 % 60];
-    format!("{hours:02}:{minutes:02}:{:02} UTC", seconds % 60)
-}
 
 /// Returns standard input or output as a file. Unlike `Stdin` and `Stdout`, a file can report its size and adds no
 /// buffer of its own.

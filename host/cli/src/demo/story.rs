@@ -132,8 +132,6 @@ fn moving(time: Duration) -> Setpoint {
     let motion = Motion {
         shape: Shape::FigureOfEight,
         amplitude: 80,
-        period: 4.0,
-        frequencies: [1.0; 2],
         axes: vec![Axis::Pitch, Axis::Roll],
     };
     motion.at(time)

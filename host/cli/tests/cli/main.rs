@@ -10,8 +10,6 @@
     allow(dead_code, unused_imports, reason = "for tests that need Linux")
 )]
 
-#[cfg(target_os = "linux")]
-mod at_terminal;
 mod decode;
 mod demo;
 mod encode;

@@ -44,7 +44,6 @@ fn the_tables_show_what_the_simulation_counts() {
         burst_rate: 2.0,
         burst_length: 150.0,
         idle_gap: 3,
-        ..Parameters::DEFAULT
     };
     // The lecture's machine receives only BIN.
     for (frame, receivers) in [("bin", 4), ("bin-crc8", 2)] {
