@@ -16,8 +16,7 @@ use framelock_receiving::{AnyLine, Policy, Protocol};
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::options::{ProtocolParser, whole};
-use crate::output::{Output, exit_code, note};
-use crate::process::on_interrupt;
+use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
 use summary::Summary;
 

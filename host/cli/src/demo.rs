@@ -96,7 +96,7 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Draws the lines over the previous ones, in one piece.
+    /// Draws the lines over the previous ones.
     fn draw(&mut self, lines: &[String]) -> io::Result<()> {
         let text = lines.join("\x1B[K\r\n");
         write!(self.0, "\x1B[H{text}\x1B[J")?;

@@ -10,8 +10,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::hex;
 
-use crate::output::note;
-use crate::process;
+use crate::output::{note, standard_stream};
 use crate::serial::{self, PortOptions};
 
 /// The number of bytes that are read or written at a time. It is large enough that system calls cost
@@ -54,8 +53,7 @@ impl<'a> Input<'a> {
     pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
         let (name, file) = if path == "-" {
-            let file =
-                process::standard_stream(io::stdin()).context("cannot open standard input")?;
+            let file = standard_stream(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
             if let Some(port) = serial::open(argument, options)? {

@@ -18,8 +18,6 @@ mod input;
 mod monitor;
 mod options;
 mod output;
-mod ports;
-mod process;
 mod rows;
 mod send;
 mod serial;
@@ -76,7 +74,7 @@ pub fn run() -> ExitCode {
         Command::Encode(arguments) => encode::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Ports => ports::run(),
+        Command::Ports => serial::list(),
     };
     ExitCode::from(output::exit_code(outcome))
 }

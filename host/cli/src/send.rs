@@ -15,8 +15,7 @@ use framelock_simulation::{Axis, Motion, Shape, check_rate};
 
 use crate::input::Input;
 use crate::options::{ProtocolParser, number, whole};
-use crate::output::{Output, note};
-use crate::process::on_interrupt;
+use crate::output::{Output, note, on_interrupt};
 use crate::serial::{self, PortOptions};
 use source::{Datagrams, Source};
 use transmission::{Clock, Rate, RealClock, Transmission};

@@ -215,39 +215,6 @@ mod tests {
     use super::*;
     use crate::demo::story::tests::story_at;
 
-    /// At 7 s the lecture's machine has missed 49 frames, and its failsafe has parked the seat.
-    const DEAF: &str = "\
-ONE LOST BYTE                                                      7.0 of 20 s
-One byte was lost, and one frame with it. Since then the lecture's machine
-takes the AB inside each frame for its start, finds no CR at the end, and
-starts over. The line is fine again, but this receiver is deaf: its failsafe
-parks the seat. framelock looks at the bytes again, and hears the next frame.
-
-the lecture's machine   DEAF for 4.9 s                         failsafe PARKED
-●●●●●●●●●●●●●●●●●●●●×○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○
-● 20 delivered  ○ 49 missed though whole  × 1 broken by the line  ! 0 wrong
-seat, ┃ as sent  pitch ███┃███        roll ███┃███         yaw ┃██████
-
-framelock               LISTENING                                failsafe LIVE
-●●●●●●●●●●●●●●●●●●●●×●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●
-● 69 delivered  ○ 0 missed though whole  × 1 broken by the line  ! 0 wrong
-seat, ┃ as sent  pitch ███┃           roll ███┃            yaw ┃
-
-Bytes from the last fault on, and what each receiver waits for next
-sent      41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│
-arrived   -- 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│
-lecture      A  A  B  1  2  3 │4  CR A  B  1  2  3 │4  CR A  B  1  2  3 │
-framelock    A  A  B  1  2  3 │4  CR 2  3  4  CR ok│B  1  2  3  4  CR ok│
-
-";
-
-    #[test]
-    fn the_picture_shows_the_deaf_machine() {
-        let mut plain = Vec::new();
-        write(&story_at(7_000), &mut plain).expect("writing to memory cannot fail");
-        assert_eq!(String::from_utf8_lossy(&plain), DEAF);
-    }
-
     #[test]
     fn every_moment_fits_the_least_terminal() {
         for milliseconds in (0..=20_000).step_by(250) {

@@ -206,124 +206,13 @@ impl Clock for RealClock {
 
 #[cfg(test)]
 mod tests {
-    #![allow(
-        clippy::unwrap_used,
-        clippy::indexing_slicing,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a panic fails the test"
-    )]
-
-    use framelock::motion::Bin;
-    use framelock::{Line, Receiver};
-
-    use super::super::source::Datagrams;
     use super::*;
 
-    const RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
-
-    /// The pitches while parking from pitch 9: first the pitches on the way, then the pitch of the park position.
-    fn parked() -> Vec<u8> {
-        let way = (1..50_u16).map(|frame| (9.0 + 119.0 * f64::from(frame) / 50.0).round() as u8);
-        way.chain([128; 6]).collect()
-    }
-
-    /// Returns a source of ten frames with the pitches 0 to 9.
-    fn ten() -> Source {
-        let bin = Protocol::named("bin").unwrap();
-        let frame = |pitch| bin.encode_setpoint([pitch, 128, 128].into());
-        Source::Profile((0..10).map(frame).collect())
-    }
-
-    /// Returns the pitches that a receiver delivers, and the numbers of moving, silent and parking frames. The receiver
-    /// discards nothing.
-    fn run(
-        clock: &mut TestClock,
-        source: &Source,
-        milliseconds: Option<u64>,
-        parks: bool,
-    ) -> (Vec<u8>, [u64; 3]) {
-        let (mut bytes, frame) = (Vec::new(), Protocol::named("bin").unwrap());
-        let mut transmission = Transmission::new(clock, &mut bytes, &frame, RATE);
-        let length = milliseconds.map(Duration::from_millis);
-        transmission.run(source, length, parks).unwrap();
-        let Transmission {
-            frames,
-            silent,
-            park_frames,
-            ..
-        } = transmission;
-        let mut pitches = Vec::new();
-        let mut line = Line::new(Receiver::<Bin>::new());
-        line.feed(&bytes, |found| {
-            let setpoint = found.message().unwrap();
-            assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
-            pitches.push(setpoint.pitch);
-        });
-        (pitches, [frames, silent, park_frames])
-    }
-
-    #[test]
-    fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
-        let silent = Source::Datagrams(Datagrams::default());
-        for (source, milliseconds, frames, counts) in [
-            (&ten(), None, 10, [10, 0, 0]),
-            // The transmission ends after its length, although the source has more frames.
-            (&ten(), Some(60), 3, [3, 0, 0]),
-            (&silent, Some(60), 0, [0, 3, 0]),
-        ] {
-            let mut clock = TestClock::default();
-            let (pitches, actual) = run(&mut clock, source, milliseconds, false);
-            assert_eq!(pitches, (0..frames).collect::<Vec<u8>>());
-            assert_eq!(actual, counts);
-            let waits = (0..counts[0] + counts[1]).map(|number| RATE.due(number));
-            assert!(waits.eq(clock.waits));
-        }
-    }
-
-    #[test]
-    fn the_axes_park_in_a_straight_line_and_stay_there() {
-        let mut clock = TestClock::default();
-        let (pitches, counts) = run(&mut clock, &ten(), None, true);
-        assert_eq!((pitches[9], &pitches[10..]), (9, &parked()[..]));
-        assert_eq!(counts, [10, 0, 55]);
-        // Parking keeps the rate of the motion.
-        assert_eq!(clock.waits.last(), Some(&RATE.due(64)));
-    }
-
-    #[test]
-    fn a_reason_to_stop_ends_the_motion_and_parks() {
-        // Before the first frame, the position is unknown, so only the park position is sent.
-        for (stop_after, park_frames) in [(4, 55), (0, 5)] {
-            let mut clock = TestClock {
-                stop_after: Some(stop_after),
-                ..TestClock::default()
-            };
-            let (pitches, counts) = run(&mut clock, &ten(), None, true);
-            assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
-            assert!(pitches.ends_with(&[128; 5]));
-            assert_eq!(counts, [stop_after as u64, 0, park_frames]);
-        }
-    }
-
-    #[test]
-    fn an_error_of_the_line_ends_the_transmission_and_keeps_the_count() {
-        // The line has room for three frames.
-        let (mut clock, mut bytes) = (TestClock::default(), [0; 21]);
-        let (mut line, frame) = (&mut bytes[..], Protocol::named("bin").unwrap());
-        let mut transmission = Transmission::new(&mut clock, &mut line, &frame, RATE);
-        transmission.run(&ten(), None, true).unwrap_err();
-        assert_eq!(transmission.frames, 3);
-    }
-
     /// A clock that never really waits. The test chooses how late each wait ends.
-    #[derive(Default)]
     struct TestClock {
         now: Duration,
         /// The lateness of each wait, in order. Further waits are on time.
         late: std::collections::VecDeque<Duration>,
-        /// After this number of waits, the test asks to stop.
-        stop_after: Option<usize>,
         waits: Vec<Duration>,
     }
 
@@ -333,10 +222,6 @@ mod tests {
         }
 
         fn wait_until(&mut self, time: Duration) -> bool {
-            if self.stop_after == Some(self.waits.len()) {
-                self.stop_after = None;
-                return false;
-            }
             self.waits.push(time);
             self.now = self.now.max(time) + self.late.pop_front().unwrap_or(Duration::ZERO);
             true
@@ -371,7 +256,7 @@ mod tests {
             let mut clock = TestClock {
                 now: ms(7),
                 late: late.map(ms).into(),
-                ..TestClock::default()
+                waits: Vec::new(),
             };
             let mut pacer = Pacer::new(&mut clock);
             for frame in 0..4 {

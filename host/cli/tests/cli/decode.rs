@@ -6,14 +6,10 @@ use std::time::Duration;
 
 use framelock_description::SHIPPED;
 use framelock_limited::Process;
-use framelock_proofs::reference;
 use framelock_receiving::Protocol;
 use framelock_simulation::examples;
-use rand::seq::IndexedRandom;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use crate::process::{CLEAN, described, run, shown, start, written};
+use crate::process::{CLEAN, described, shown, start, written};
 
 /// A decoder whose input is still open.
 struct Decoding<W> {
@@ -98,60 +94,6 @@ fn frames_of_a_later_kind_are_delivered_after_each_pause_and_at_the_end() {
     let at_end = shown(&["decode", &kinds, "--format=csv"], short);
     assert_eq!(at_end, "offset,length,kind,a,b\n3,4,short,1,2\n");
     assert_eq!(written(&["encode", &kinds], at_end), short);
-}
-
-/// Returns noise with many false starts and some frames. The stream may end inside a frame.
-fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
-    let mut stream = Vec::new();
-    for _ in 0..random.random_range(0..2_000) {
-        let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
-        if random.random_ratio(1, 3) {
-            stream.extend(frame.encode_setpoint(bytes.into()));
-        } else {
-            stream.push(bytes[0]);
-        }
-    }
-    stream.truncate(stream.len() - random.random_range(0..=stream.len().min(7)));
-    stream
-}
-
-/// Compares every row and the summary with the results of the naive reference.
-fn agrees<F: reference::NaiveFormat>(name: &str, policy: &str) {
-    let frame = Protocol::named(name).unwrap();
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    for _ in 0..40 {
-        let stream = noise(&frame, &mut random);
-        let mut expected = b"offset,pitch,roll,yaw\n".to_vec();
-        let (mut frames, mut decided) = (0, 0);
-        reference::whole_buffer::<F>(&stream, |found| {
-            decided += found.bytes();
-            if let Some([pitch, roll, yaw]) = found.message() {
-                writeln!(expected, "{},{pitch},{roll},{yaw}", decided - 1).unwrap();
-                frames += 1;
-            }
-        });
-        // The end of the stream discards the pending bytes.
-        let (bytes, length) = (stream.len(), F::LENGTH);
-        let discarded = bytes - frames * length;
-        write!(
-            expected,
-            "{{\"bytes\":{bytes},\"frame_length\":{length},\"frames\":{frames},\"discarded\":{discarded},\"pending\":0,"
-        )
-        .unwrap();
-        let arguments = ["decode", "--frame", name, "--policy", policy];
-        let output = run(
-            &[&arguments[..], &["--format=csv", "--summary=-"]].concat(),
-            &stream,
-        );
-        assert!(output.stdout.starts_with(&expected), "{stream:?}");
-    }
-}
-
-#[test]
-fn every_machine_agrees_with_the_reference() {
-    agrees::<reference::Bin>("bin", "framelock");
-    agrees::<reference::Lecture>("bin", "lecture");
-    agrees::<reference::BinCrc8>("bin-crc8", "framelock");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Tests of the behaviour that all subcommands share.
 
 use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
 use crate::process::{CLEAN, complaint, feed, framelock, run, start, text};
@@ -126,4 +127,20 @@ fn an_error_message_names_the_problem_and_the_remedy() {
             }
         }
     }
+}
+
+#[test]
+fn rows_of_trace_are_written_as_the_bytes_arrive() {
+    let mut child = start(&["trace", "-", "--policy", "framelock"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    rows.next().unwrap().unwrap();
+    for _ in 0..3 {
+        input.write_all(b"A").unwrap();
+        // If the program held the row back, this read would never return.
+        assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
+    }
+    drop(input);
+    assert!(rows.any(|row| row.unwrap().starts_with("framelock:")));
+    assert!(child.wait().unwrap().success());
 }

@@ -11,6 +11,7 @@
 )]
 
 mod decode;
+#[cfg(target_os = "linux")]
 mod demo;
 mod encode;
 mod every_subcommand;
@@ -22,8 +23,6 @@ mod pseudo_terminal;
 mod round_trips;
 #[cfg(target_os = "linux")]
 mod send;
-mod simulate;
 mod terminal;
-mod trace;
 #[cfg(unix)]
 mod transcripts;
