@@ -119,6 +119,20 @@ images() (
     done
 )
 
+# Builds the images with these names, or all, writes them as Intel HEX, and prints their sizes.
+hex_images() {
+    binutils
+    images . "$target/firmware" "$@"
+    [ $# -gt 0 ] || set -- $every_image
+    for image; do
+        file=$target/firmware/images/$image
+        hex=$target/firmware/images/framelock-nrf52840-$image.hex
+        "$binutils-size" "$file.elf" | awk -v "name=$file.elf" 'NR == 2 { print name ": " $1 + $2 " bytes of flash" }'
+        "$binutils-objcopy" -O ihex "$file.elf" "$hex"
+        echo "$hex"
+    done
+}
+
 # Makes the archives for C and for Arduino, which contain the same headers.
 archives() {
     archives=$target/archives

@@ -3,9 +3,8 @@
 use std::ffi::OsStr;
 
 use anyhow::{Context, Result, anyhow, bail};
-use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::builder::{StringValueParser, TypedValueParser};
 use framelock::motion::Setpoint;
-use framelock_description::SHIPPED;
 use framelock_description::text::{harmless, quoted};
 use framelock_receiving::Protocol;
 
@@ -72,10 +71,5 @@ impl TypedValueParser for ProtocolParser {
         let named = |name: String| Protocol::named(&name).map_err(|why| harmless(&why.to_string()));
         let parser = StringValueParser::new().try_map(named);
         parser.parse_ref(command, argument, name)
-    }
-
-    /// Returns the names that completions offer.
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
     }
 }

@@ -58,13 +58,12 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
 fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<u8> {
     let count = scenario.frames as usize;
     if protocol.has_setpoints() {
-        let (seed, trial) = (scenario.seed, 0);
-        let seed = Seed { seed, trial };
+        let seed = Seed { seed: 1, trial: 0 };
         let frames = transmissions(protocol, scenario.payload, seed, SLOTS_PER_LEG);
         return frames.take(count).flat_map(|frame| frame.bytes).collect();
     }
     let mut stream = Vec::new();
-    for frame in examples(&protocol.description, scenario.seed).take(count) {
+    for frame in examples(&protocol.description, 1).take(count) {
         stream.extend(frame);
         // Frames of the user's own may be long, so limit the stream.
         if stream.len() > 1 << 16 {

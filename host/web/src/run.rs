@@ -43,8 +43,6 @@ pub struct Run {
     pub(crate) cells: Vec<Cell>,
     /// The states at the beginning and after every [`SAVED_EVERY`] bytes, so that any position is reached in few steps.
     saved: Vec<State>,
-    /// The position after the first frame that arrived intact and that a machine did not deliver.
-    pub(crate) first_missed: Option<usize>,
 }
 
 #[wasm_bindgen]
@@ -132,17 +130,12 @@ impl Run {
             scenario,
             protocol,
             saved: Vec::new(),
-            first_missed: None,
         };
         while state.position < run.cells.len() {
             if state.position.is_multiple_of(SAVED_EVERY) {
                 run.saved.push(state.clone());
             }
             run.step(&mut state);
-            let mut machines = state.machines.iter();
-            if run.first_missed.is_none() && machines.any(|machine| machine.tally.missed > 0) {
-                run.first_missed = Some(state.position);
-            }
         }
         run.saved.push(state);
         Ok(run)
