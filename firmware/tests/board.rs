@@ -4,6 +4,7 @@
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
 use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
+use crate::image::MOST_FLASH;
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_352];
@@ -48,76 +49,64 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
 }
 
-/// Other boards may use the reset pin, or have words of their own in UICR. The self-test is such an image, too. On some
-/// chips, another image or a debugger has written a word before.
+/// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR, and
+/// only erased words. Every image opens the debug port if UICR allows it. The words of UICR take effect at a reset.
 #[test]
-fn no_other_image_writes_to_uicr() {
-    for image in [
-        "default",
-        "megabaud",
-        "lecture",
-        "small",
-        "bin-crc8",
-        "self-test",
-    ] {
-        for written in UICR.map(Some).into_iter().chain([None]) {
-            let mut firmware = Firmware::on_an_erased_chip(image);
-            firmware.write_uicr(written);
-            let before = uicr(&mut firmware);
-            firmware.run_for(5 * MILLISECOND);
-            assert_eq!(uicr(&mut firmware), before, "{image}");
-            assert!(!firmware.board.debug_port_is_open(), "{image}");
-            assert!(firmware.resets().is_empty(), "{image}");
-        }
-    }
-}
-
-/// If UICR allows it, every image opens the debug port, which is a register and not in UICR.
-#[test]
-fn every_image_opens_a_debug_port_that_may_be_opened() {
-    for image in ["default", "small", "lecture"] {
-        let mut firmware = Firmware::booted(image);
-        // The words of UICR take effect at a reset.
+fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
+    let some_words = |mask: usize| {
+        (0..3)
+            .filter(|n| mask >> n & 1 == 1)
+            .map(|n| UICR[n])
+            .collect()
+    };
+    let mut states: Vec<Vec<_>> = (0..8).map(some_words).collect();
+    states.push(
+        UICR.iter()
+            .zip([21, 22, 0])
+            .map(|((word, _), value)| (*word, value))
+            .collect(),
+    );
+    for (image, state) in MOST_FLASH
+        .map(|(image, _)| image)
+        .into_iter()
+        .chain(["self-test"])
+        .flat_map(|image| states.iter().map(move |state| (image, state)))
+    {
+        let what = format!("{image}: {state:x?}");
+        let mut firmware = Firmware::on_an_erased_chip(image);
+        firmware.write_uicr(state.iter().copied());
         firmware.board.reset();
-        assert!(!firmware.board.debug_port_is_open(), "{image}");
-        firmware.run_for(3 * MILLISECOND);
-        assert!(firmware.board.debug_port_is_open(), "{image}");
-        assert_eq!(firmware.resets(), [ResetCause::Pin], "{image}");
-    }
-}
-
-#[test]
-fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
-    for erased in 0..UICR.len() {
-        let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-        let mut written = UICR.to_vec();
-        written.remove(erased);
-        firmware.write_uicr(written);
+        let (mut expected, mut resets) = (uicr(&mut firmware), vec![ResetCause::Pin]);
+        if image == "write-uicr" && expected.contains(&u32::MAX) {
+            resets.push(ResetCause::Soft);
+            let erased = expected
+                .iter_mut()
+                .zip(UICR)
+                .filter(|(word, _)| **word == u32::MAX);
+            erased.for_each(|(word, (_, value))| *word = value);
+        }
         firmware.run_for(5 * MILLISECOND);
-        assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
-        assert_eq!(firmware.resets(), [ResetCause::Soft]);
-        assert!(firmware.board.debug_port_is_open());
+        assert_eq!(uicr(&mut firmware), expected, "{what}");
+        assert_eq!(firmware.resets(), resets, "{what}");
+        assert_eq!(
+            firmware.board.debug_port_is_open(),
+            expected[2] == 0x5A,
+            "{what}"
+        );
     }
 }
 
+/// The instruction cache is on, and the pull-up of the receiver's pin keeps an unconnected line quiet.
 #[test]
-fn what_someone_else_wrote_to_uicr_stays() {
-    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-    let [reset, again, protection] = UICR.map(|(word, _)| word);
-    let others = [21, 22, 0];
-    firmware.write_uicr([(reset, 21), (again, 22), (protection, 0)]);
-    firmware.run_for(5 * MILLISECOND);
-    assert_eq!(uicr(&mut firmware), others);
-    assert!(firmware.resets().is_empty());
-}
-
-#[test]
-fn the_instruction_cache_is_on() {
+fn the_cache_and_the_pull_up_are_on() {
     const NVMC_ICACHECNF: u32 = 0x4001_E540;
+    const PIN_CNF_8: u32 = 0x5000_0720;
     let mut firmware = Firmware::at_power_on("default");
-    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 0);
-    firmware.run_for(3 * MILLISECOND);
-    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 1);
+    for (after, cache, pull) in [(0, 0, 0), (3, 1, 3)] {
+        firmware.run_for(after * MILLISECOND);
+        assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), cache);
+        assert_eq!(firmware.board.register(PIN_CNF_8).unwrap() >> 2 & 3, pull);
+    }
 }
 
 /// Frames arrive, but the failsafe's time does not advance. No tick wakes the main loop, so nobody feeds the
@@ -156,37 +145,6 @@ fn the_servos_wires_are_driven_low_before_anything_else() {
         }
         let pins = firmware.board.pins();
         assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0), "{image}");
-    }
-}
-
-#[test]
-fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
-    for reset in [
-        |firmware: &mut Firmware| firmware.fault_in(&["TIMER0"]),
-        |firmware: &mut Firmware| firmware.board.reset(),
-        // RESETREAS shows no cause, as after power-on.
-        |firmware: &mut Firmware| firmware.board.brown_out(),
-        Firmware::starve_the_watchdog,
-    ] {
-        let mut firmware = Firmware::booted("default");
-        live(&mut firmware);
-        reset(&mut firmware);
-        let from = firmware.board.trace().resets[0].at;
-        firmware.run_for(400 * MILLISECOND);
-        let pulses = pulses(&mut firmware, from);
-        assert_eq!(pulses[0], SERVO, "{:?}", firmware.resets());
-        for pair in pulses.windows(2) {
-            for axis in 0..3 {
-                // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-                let [before, after] =
-                    [pair[0][axis], pair[1][axis]].map(|width| width.abs_diff(PARK[axis]));
-                assert!(
-                    after <= before && before - after <= 24,
-                    "axis {axis}: {pair:?}"
-                );
-            }
-        }
-        assert_eq!(pulses.last(), Some(&PARK));
     }
 }
 
@@ -272,8 +230,8 @@ fn the_reset_pin_is_the_cause_whatever_else_is_said() {
     firmware.fault_in(&["TIMER0"]);
     // The pin resets the chip before the firmware has cleared the last cause.
     firmware.board.reset();
-    firmware.log("default");
+    firmware.board.log();
     firmware.run_for(5 * MILLISECOND);
-    let log = firmware.log("default").join("\n");
+    let log = firmware.board.log().join("\n");
     assert!(log.contains("reset by pin (RESETREAS 0x1)"), "{log}");
 }

@@ -66,7 +66,6 @@ mod bus;
 mod chip;
 mod clock;
 mod counter;
-mod error;
 mod gpio;
 mod image;
 mod line;
@@ -84,12 +83,19 @@ mod watchdog;
 
 pub use assumptions::Assumptions;
 pub use board::Board;
-pub use error::{Access, Error, Refusal, Result};
 pub use image::{Image, Symbol};
 pub use line::{SerialLine, Symbol as LineSymbol};
-pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};
+
+/// Why the emulation stopped, or why an image cannot be used: an action of the firmware, or a gap in the model. The text
+/// is for people.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct Error(String);
+
+/// A result with this crate's error.
+pub type Result<T> = std::result::Result<T, Error>;
 
 /// Cycles of the core clock in a second.
 pub const CYCLES_PER_SECOND: u64 = 64_000_000;

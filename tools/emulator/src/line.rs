@@ -23,7 +23,6 @@ pub enum Symbol {
 
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "levels and settings")]
 pub struct SerialLine {
     /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.
@@ -39,8 +38,6 @@ pub struct SerialLine {
     bits: u64,
     /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.
     characters: VecDeque<(u64, u64)>,
-    /// Whether nobody drives the line. Then the pin's pull-up sets the level.
-    pub(crate) floats: bool,
 }
 
 impl SerialLine {
@@ -55,21 +52,6 @@ impl SerialLine {
             origin: 0,
             bits: 0,
             characters: VecDeque::new(),
-            floats: false,
-        }
-    }
-
-    /// Disconnects the sender. The line is then high if the pin's pull-up is on, and otherwise low. A real unconnected
-    /// line picks up noise.
-    pub fn unplug(&mut self) {
-        self.floats = true;
-    }
-
-    /// Sets the level of a line that nobody drives: high if the pin's pull-up is now on.
-    pub(crate) fn float(&mut self, now: u64, high: bool) {
-        if self.floats && self.level_at(now) != high {
-            self.toggles.retain(|toggle| *toggle <= now);
-            self.toggle(now);
         }
     }
 
