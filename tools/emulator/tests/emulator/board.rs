@@ -204,7 +204,8 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     let mut main = load(0, 0x4000_6100).to_vec();
     main.extend([0x6801, 0xE7FE]); // ldr r1, [r0]; b .
     let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
-    let expected = "read of peripheral at 0x40006100, which is not modelled (pc 0x00000108, unknown function)";
+    let expected =
+        "read of peripheral at 0x40006100, which is not modelled (pc 0x00000108, unknown function)";
     assert_eq!(error.to_string(), expected);
 }
 
