@@ -57,7 +57,7 @@ impl Recorded {
     }
 
     /// Returns the output at an instant, and the outputs of all later polls, without repetitions.
-    fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
+    pub(crate) fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
         let changes = &self.firmware.board.trace().changes;
         let kept = changes.iter().filter(|change| change.watch == self.kept);
         let kept: Vec<_> = kept.collect();
@@ -126,63 +126,6 @@ fn after_a_halt_the_outputs_go_on_from_where_they_are() {
         recorded.drive(1_500, |_| [0, 255, 128]);
         recorded.assert_bounded(from, MOST_PER_POLL, "frames start it again");
         assert_eq!(recorded.last_pulses(), [pulse(0), pulse(255), pulse(128)]);
-    }
-}
-
-/// Returns a demand of a motion: a sine of this amplitude and frequency.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the numbers are small, and the result is between 0 and 255"
-)]
-fn sine(milliseconds: u64, amplitude: f64, hertz: f64, phase: f64) -> u8 {
-    let angle = std::f64::consts::TAU * (hertz * milliseconds as f64 / 1_000.0 + phase);
-    (128.0 + amplitude * angle.sin()).round() as u8
-}
-
-/// An approach ends within the time that the settings state: it lasts a second, and then each axis meets its demand
-/// within another second.
-#[test]
-fn an_approach_ends_in_every_motion() {
-    type Motion = fn(u64) -> Setpoint;
-    let thirds: Motion =
-        |time| [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| sine(time, 60.0, 1.0, phase));
-    let fast: Motion = |time| [1.0, 1.3, 0.8].map(|hertz| sine(time, 100.0, hertz, 0.0));
-    for (name, motion) in [("thirds", thirds), ("fast", fast)] {
-        let mut recorded = Recorded::booted();
-        let from = recorded.firmware.board.now();
-        recorded.drive(960, motion);
-        recorded.assert_bounded(from, MOST_PER_SLOW_POLL, name);
-        recorded.drive(1_100, |time| motion(960 + time));
-        let live_from = recorded.firmware.board.now();
-        assert!(!recorded.firmware.leds()[2], "{name}: live within 2.06 s");
-        recorded.drive(3_000, |time| motion(2_060 + time));
-        let led3 = |pins: &nrf52840_emulator::Pins| pins.high[0] >> 15 & 1 == 0;
-        let pins = recorded.firmware.board.trace().pin_changes.iter();
-        let lit = pins.filter(|(at, pins)| *at > live_from && led3(pins));
-        assert_eq!(lit.count(), 0, "{name}: live from then on");
-        recorded.assert_bounded(from, MOST_PER_POLL, name);
-    }
-}
-
-/// BIN has no checksum, so a frame with an inverted bit is a frame.
-#[test]
-fn an_inverted_top_bit_moves_a_live_axis_by_a_tenth_of_its_travel() {
-    for bit in sample(0..24, 5).chain([7, 15, 23]) {
-        let mut recorded = Recorded::booted();
-        recorded.live_at([128, 127, 255]);
-        let from = recorded.firmware.board.now();
-        let mut wrong = [128, 127, 255];
-        wrong[bit / 8] ^= 1 << (bit % 8);
-        recorded.drive(20, |_| wrong);
-        recorded.drive(500, |_| [128, 127, 255]);
-        recorded.assert_bounded(from, 3, "live");
-        for polled in recorded.polled(from) {
-            let away = polled.iter().zip([128_u8, 127, 255]);
-            let away = away.map(|(is, was)| is.abs_diff(was));
-            assert!(away.max() <= Some(28), "{polled:?}");
-        }
     }
 }
 

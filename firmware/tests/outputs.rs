@@ -1,6 +1,6 @@
 //! Tests of servos, LEDs, log and watchdog. Most of them are scripts: see `outputs.txt`.
 
-use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
+use nrf52840_emulator::{Assumptions, LineSymbol, MILLISECOND, ResetCause};
 
 use crate::bounds::Recorded;
 use crate::firmware::{Firmware, RESTART, UNDEFINED, frame, sample};
@@ -71,7 +71,7 @@ fn each_script_passes() {
         }
         count += 1;
     }
-    assert_eq!(count, 11);
+    assert_eq!(count, 15);
 }
 
 fn run(
@@ -116,6 +116,14 @@ fn run(
             );
         }
         "bound" => recorded.assert_bounded(*mark, u8::try_from(number(0)).unwrap(), what),
+        "away" => {
+            for polled in recorded.polled(*mark) {
+                let mut away = polled.iter().zip(demand(1));
+                let is_near = away.all(|(is, was)| u64::from(is.abs_diff(was)) <= number(0));
+                assert!(is_near, "{what}: {polled:?}");
+            }
+        }
+        "assume" => firmware.assume(|all| *all = Assumptions::named(words[0]).expect(what)),
         "leds" => {
             for (lit, word) in firmware.leds().iter().zip(words) {
                 assert!(*word == "-" || *lit == (*word == "1"), "{what}");
@@ -150,49 +158,6 @@ fn run(
         }
         _ => panic!("unknown command: {what}"),
     }
-}
-
-const PARK: u64 = 128;
-
-#[test]
-fn silence_holds_then_ramps_then_parks() {
-    let mut firmware = Firmware::booted("default");
-    parks_in_silence(&mut firmware);
-    // No pulse is cut short, even if the PWM begins a new period immediately when it gets new widths.
-    let mut firmware = Firmware::booted("default");
-    firmware.assume(|all| all.start_cuts_period = true);
-    parks_in_silence(&mut firmware);
-}
-
-fn parks_in_silence(firmware: &mut Firmware) {
-    firmware.drive(1_500, 10, |_| [0, 255, 64]);
-    let demand = [pulse(0), pulse(255), pulse(64)];
-    assert_eq!(firmware.leds(), [true, false, false]);
-    let silent_from = firmware.board.now();
-    assert_eq!(pulses(firmware, silent_from - 40 * MILLISECOND)[0], demand);
-
-    firmware.run_for(450 * MILLISECOND);
-    let held = pulses(firmware, silent_from);
-    assert!(
-        held.len() >= 22 && held.iter().all(|widths| *widths == demand),
-        "held"
-    );
-    assert_eq!(firmware.leds(), [false, false, true]);
-
-    let ramp_from = firmware.board.now();
-    firmware.run_for(700 * MILLISECOND);
-    let ramp = pulses(firmware, ramp_from);
-    for pair in ramp.windows(2) {
-        for (before, after) in pair[0].iter().zip(pair[1]) {
-            // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-            assert!(before.abs_diff(after) <= 20 + 4, "{pair:?}: slowly");
-        }
-        assert!(
-            pair[0][0] <= pair[1][0] && pair[0][1] >= pair[1][1],
-            "{pair:?}: to park"
-        );
-    }
-    assert_eq!(ramp.last(), Some(&[pulse(PARK); 3]));
 }
 
 #[test]
