@@ -195,7 +195,7 @@ pub(crate) struct Peripherals {
     pub(crate) watchdog: Watchdog,
     pwm: Pwm,
     rtc: Rtc,
-    pub(crate) timers: [Timer; 5],
+    pub(crate) timers: [Timer; 3],
     ppi: Ppi,
     gpio: Gpio,
     ficr: Common,
@@ -214,11 +214,9 @@ impl Peripherals {
             pwm: Pwm::new(),
             rtc: Rtc::new(),
             timers: [
-                Timer::new("TIMER0", 0x4000_8000, 4),
-                Timer::new("TIMER1", 0x4000_9000, 4),
-                Timer::new("TIMER2", 0x4000_A000, 4),
-                Timer::new("TIMER3", 0x4001_A000, 6),
-                Timer::new("TIMER4", 0x4001_B000, 6),
+                Timer::new("TIMER0", 0x4000_8000),
+                Timer::new("TIMER1", 0x4000_9000),
+                Timer::new("TIMER2", 0x4000_A000),
             ],
             ppi: Ppi::new(),
             gpio: Gpio::new(),
@@ -228,8 +226,8 @@ impl Peripherals {
         }
     }
 
-    fn all(&mut self) -> [&mut dyn Peripheral; 16] {
-        let [timer0, timer1, timer2, timer3, timer4] = &mut self.timers;
+    fn all(&mut self) -> [&mut dyn Peripheral; 14] {
+        let [timer0, timer1, timer2] = &mut self.timers;
         [
             &mut self.clock,
             &mut self.uarte0,
@@ -240,8 +238,6 @@ impl Peripherals {
             timer0,
             timer1,
             timer2,
-            timer3,
-            timer4,
             &mut self.ppi,
             &mut self.gpio,
             &mut self.ficr,

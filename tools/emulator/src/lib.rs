@@ -24,7 +24,7 @@
 //! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
 //! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
-//! | TIMER0 to 4 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
+//! | TIMER0 to 2 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
 //! | RTC1 | `rtc.rs`, `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | a sequence of one step from RAM, pulses on the pins |

@@ -11,7 +11,7 @@ use crate::CYCLES_PER_SECOND;
 /// A signal that the sender can put on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symbol {
-    /// A start bit, eight data bits with the lowest first, the parity bit if any, and a stop bit.
+    /// A start bit, eight data bits with the lowest first, and a stop bit.
     Byte(u8),
     /// A byte whose stop bit is low, followed by a high bit: a framing error.
     BadStop(u8),
@@ -32,7 +32,6 @@ pub struct SerialLine {
     /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
-    even_parity: bool,
     /// The instant at which the sender's bit 0 began, and the number of bits that the sender has sent since.
     origin: u64,
     bits: u64,
@@ -48,7 +47,6 @@ impl SerialLine {
             level: true,
             sender_level: true,
             millibaud: 115_200_000,
-            even_parity: false,
             origin: 0,
             bits: 0,
             characters: VecDeque::new(),
@@ -64,11 +62,6 @@ impl SerialLine {
         self.origin = self.free_at();
         self.bits = 0;
         self.millibaud = millibaud;
-    }
-
-    /// Lets the sender add an even parity bit to each character.
-    pub fn add_even_parity(&mut self) {
-        self.even_parity = true;
     }
 
     /// Returns the instant at which the sender will have sent all symbols so far, in cycles.
@@ -109,9 +102,6 @@ impl SerialLine {
         self.hold(false, 1);
         for bit in 0..8 {
             self.hold(byte >> bit & 1 == 1, 1);
-        }
-        if self.even_parity {
-            self.hold(byte.count_ones() % 2 == 1, 1);
         }
         self.hold(stop, 1);
         if !stop {
