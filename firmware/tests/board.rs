@@ -13,10 +13,6 @@ const DEMAND: [u8; 3] = [200, 50, 90];
 /// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
 
-fn uicr(firmware: &mut Firmware) -> [u32; 3] {
-    UICR.map(|(word, _)| firmware.board.register(word).unwrap())
-}
-
 /// Sends a hundred frames a second until the outputs follow them.
 fn live(firmware: &mut Firmware) {
     firmware.drive(600, 10, |_| DEMAND);
@@ -25,74 +21,43 @@ fn live(firmware: &mut Firmware) {
     assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
 }
 
-#[test]
-fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
-    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-    firmware.run_for(5 * MILLISECOND);
-    // The written words take effect at a reset.
-    let mut expected = vec![ResetCause::Soft];
-    assert_eq!(firmware.resets(), expected);
-    assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
-    assert!(firmware.board.debug_port_is_open());
-
-    firmware.board.reset();
-    firmware.run_for(5 * MILLISECOND);
-    assert!(firmware.board.debug_port_is_open());
-    firmware.fault_in(&["TIMER0"]);
-    assert!(!firmware.board.debug_port_is_open(), "each reset closes it");
-    firmware.run_for(5 * MILLISECOND);
-    assert!(firmware.board.debug_port_is_open());
-    firmware.starve_the_watchdog();
-    assert!(firmware.board.debug_port_is_open());
-    expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
-    assert_eq!(firmware.resets(), expected, "UICR is not written again");
-    assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
-}
-
 /// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR, and
-/// only erased words. Every image opens the debug port if UICR allows it. The words of UICR take effect at a reset.
+/// only erased words, and only once. Every image opens the debug port if UICR allows it. The words of UICR take effect at a reset.
 #[test]
 fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
-    let some_words = |mask: usize| {
-        (0..3)
-            .filter(|n| mask >> n & 1 == 1)
-            .map(|n| UICR[n])
-            .collect()
-    };
-    let mut states: Vec<Vec<_>> = (0..8).map(some_words).collect();
-    states.push(
-        UICR.iter()
-            .zip([21, 22, 0])
-            .map(|((word, _), value)| (*word, value))
-            .collect(),
-    );
-    for (image, state) in MOST_FLASH
-        .map(|(image, _)| image)
-        .into_iter()
-        .chain(["self-test"])
-        .flat_map(|image| states.iter().map(move |state| (image, state)))
-    {
-        let what = format!("{image}: {state:x?}");
-        let mut firmware = Firmware::on_an_erased_chip(image);
-        firmware.write_uicr(state.iter().copied());
-        firmware.board.reset();
-        let (mut expected, mut resets) = (uicr(&mut firmware), vec![ResetCause::Pin]);
-        if image == "write-uicr" && expected.contains(&u32::MAX) {
-            resets.push(ResetCause::Soft);
-            let erased = expected
-                .iter_mut()
-                .zip(UICR)
-                .filter(|(word, _)| **word == u32::MAX);
-            erased.for_each(|(word, (_, value))| *word = value);
+    const ERASED: u32 = u32::MAX;
+    let [words, ours] = [UICR.map(|(word, _)| word), UICR.map(|(_, value)| value)];
+    let each = |value: &dyn Fn(usize) -> u32| [0, 1, 2].map(value);
+    let states = (0..8).map(|mask| each(&|n| if mask >> n & 1 == 1 { ours[n] } else { ERASED }));
+    for state in states.chain([[21, 22, 0]]) {
+        for image in MOST_FLASH
+            .map(|(image, _)| image)
+            .into_iter()
+            .chain(["self-test"])
+        {
+            let what = format!("{image}: {state:x?}");
+            let mut firmware = Firmware::on_an_erased_chip(image);
+            firmware.write_uicr(words.into_iter().zip(state));
+            firmware.board.reset();
+            let (mut expected, mut resets) = (state, vec![ResetCause::Pin]);
+            if image == "write-uicr" && state.contains(&ERASED) {
+                resets.push(ResetCause::Soft);
+                expected = each(&|n| {
+                    if state[n] == ERASED {
+                        ours[n]
+                    } else {
+                        state[n]
+                    }
+                });
+            }
+            firmware.run_for(5 * MILLISECOND);
+            let read = words.map(|word| firmware.board.register(word).unwrap());
+            assert_eq!(read, expected, "{what}");
+            assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0, "{what}");
+            assert_eq!(firmware.resets(), resets, "{what}");
+            let is_open = firmware.board.debug_port_is_open();
+            assert_eq!(is_open, expected[2] == 0x5A, "{what}");
         }
-        firmware.run_for(5 * MILLISECOND);
-        assert_eq!(uicr(&mut firmware), expected, "{what}");
-        assert_eq!(firmware.resets(), resets, "{what}");
-        assert_eq!(
-            firmware.board.debug_port_is_open(),
-            expected[2] == 0x5A,
-            "{what}"
-        );
     }
 }
 

@@ -199,22 +199,3 @@ fn the_guide_shows_the_emulators_report() {
         assert_eq!(text(&report), text(&page[start..end]));
     }
 }
-
-/// The outputs approach the demands for a second. Then they follow jumps from one end to the other at full speed.
-#[test]
-#[ignore = "takes ten seconds"]
-fn outputs_that_follow_jumps_keep_their_bound() {
-    let words = [("MILLISECONDS", 2_000)];
-    let outcome = self_test("self-test", Assumptions::default(), true, &words);
-    let log = &outcome.log;
-    let row = log
-        .iter()
-        .find(|line| line.contains("17 units that an output moves"));
-    let numbers = row.unwrap().split(|c: char| !c.is_ascii_digit());
-    let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
-    let &[.., bound, step, lowest, _] = &*numbers else {
-        panic!("{log:#?}");
-    };
-    assert!(step > 1 && step <= bound && lowest < 20, "{log:#?}");
-    assert!(row.unwrap().ends_with("| fine"));
-}
