@@ -25,17 +25,13 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
         // Do not change the folder, because the user's file names are relative to the current folder.
         .arg("--manifest-path")
         .arg(workspace.root.join("Cargo.toml"))
-        .args(["--", "--watch", "SETPOINT=pitch,roll,yaw"])
+        .args(["--", "--watch", "SETPOINT"])
         .args(arguments);
     let needs_no_image = ["--elf", "--help", "-h"];
     let has = |name: &&str| arguments.iter().any(|given| given.starts_with(name));
     if !needs_no_image.iter().any(has) {
-        let is_fast = arguments.join("=").contains("--baud=1000000");
-        let name = if is_fast { "megabaud" } else { "default" };
-        let images = workspace.images(&workspace.root, &[name])?;
-        emulator
-            .arg("--elf")
-            .arg(images.join(format!("{name}.elf")));
+        let images = workspace.images(&workspace.root, &["default"])?;
+        emulator.arg("--elf").arg(images.join("default.elf"));
     }
     if arguments.iter().any(|one| one == "--help" || one == "-h") {
         println!(

@@ -6,11 +6,9 @@ use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 pub(crate) const UARTE: u32 = 0x4000_2000;
 pub(crate) const STARTRX: u32 = UARTE;
 pub(crate) const STOPRX: u32 = UARTE + 0x004;
-pub(crate) const RXDRDY: u32 = UARTE + 0x108;
 pub(crate) const ENDRX: u32 = UARTE + 0x110;
 pub(crate) const RXTO: u32 = UARTE + 0x144;
 pub(crate) const RXSTARTED: u32 = UARTE + 0x14C;
-pub(crate) const UARTE_SHORTS: u32 = UARTE + 0x200;
 pub(crate) const ERRORSRC: u32 = UARTE + 0x480;
 pub(crate) const UARTE_ENABLE: u32 = UARTE + 0x500;
 pub(crate) const PSEL_RXD: u32 = UARTE + 0x514;
@@ -143,23 +141,13 @@ pub(crate) fn receiving(size: u32) -> Board {
 pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     let mut board = asleep();
     board.line(|line| line.set_millibaud(millibaud));
-    start_receiving(&mut board, register, size);
-    board
-}
-
-/// Sets up reception, as firmware does after each reset.
-pub(crate) fn start_receiving(board: &mut Board, baud: u32, size: u32) {
-    start_receiving_from(8, board, baud, size);
-}
-
-/// Like [`start_receiving`], with RXD on another pin.
-pub(crate) fn start_receiving_from(pin: u32, board: &mut Board, baud: u32, size: u32) {
     board.set_all(&[
-        (PSEL_RXD, pin),
-        (BAUDRATE, baud),
+        (PSEL_RXD, 8),
+        (BAUDRATE, register),
         (UARTE_ENABLE, 8),
         (RXD_PTR, BUFFER),
         (RXD_MAXCNT, size),
         (STARTRX, 1),
     ]);
+    board
 }
