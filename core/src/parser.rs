@@ -197,7 +197,8 @@ pub enum DiscardReason {
     WrongTerminator,
     /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
-    /// The byte was pending when a [`LineEvent`](crate::LineEvent) came.
+    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came, or it was pending behind such
+    /// a byte. `LineEvent` explains the rule.
     LineEvent,
 }
 
