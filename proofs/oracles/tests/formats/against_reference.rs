@@ -1,8 +1,11 @@
 //! Tests that the receivers of each shipped format find the same frames as the reference. The streams have faults, and are
 //! split into slices at any positions.
 
-use framelock::LineEvent;
-use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, cut, faulty, random_frame};
+use std::ops::Range;
+
+use framelock::{BufferedReceiver, LineEvent};
+use framelock_formats::AnyOf;
+use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, broken, cut, faulty, random_frame};
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -45,5 +48,55 @@ fn every_format() {
         impossible.extend(others.split(", "));
         impossible.sort_unstable();
         assert_eq!(occurred.missing(), impossible, "{}", format.name);
+    }
+}
+
+/// Between faulty frames, each frame that arrives whole is delivered, unless a delivered frame begins earlier and shares
+/// bytes with it. In BIN, the end of a faulty frame and the beginning of a whole one may form such a frame.
+#[test]
+fn frames_that_arrive_whole_are_delivered() {
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    for format in FORMATS {
+        let longest = format.layouts.iter().map(|layout| layout.longest).max();
+        let buffer = vec![0; longest.expect("a layout")];
+        let receiver = BufferedReceiver::with_buffer(AnyOf(format.layouts), buffer);
+        let mut receiver = receiver.expect("the longest frame fits");
+        let (mut count, mut lost) = (0, 0);
+        for _ in 0..100 {
+            let (mut bytes, mut whole) = (Vec::new(), Vec::new());
+            for _ in 0..10 {
+                let layout = format.layouts.choose(&mut random).expect("a layout");
+                let Ok(frame) = random_frame(layout, &mut random) else {
+                    continue;
+                };
+                if random.random() {
+                    bytes.extend(broken(&frame, |count| random.random_range(0..count)));
+                }
+                whole.push(bytes.len()..bytes.len() + frame.len());
+                bytes.extend(frame);
+            }
+            let (mut at, mut delivered) = (0, Vec::new());
+            let mut note = |length: usize, is_frame: bool| {
+                delivered.extend(is_frame.then_some(at..at + length));
+                at += length;
+            };
+            receiver.feed(&bytes, |one| note(one.bytes(), one.message().is_some()));
+            receiver.line_event(LineEvent::Idle, |one| {
+                note(one.bytes(), one.message().is_some());
+            });
+            for frame in whole {
+                let shares =
+                    |other: &Range<usize>| other.start < frame.start && frame.start < other.end;
+                let is_delivered = delivered.contains(&frame);
+                assert!(
+                    is_delivered || delivered.iter().any(shares),
+                    "{frame:?} of {bytes:02X?}"
+                );
+                count += usize::from(is_delivered);
+                lost += usize::from(!is_delivered);
+            }
+        }
+        assert!(count > 100, "{}: {count}", format.name);
+        assert!(lost > 0 || format.name != "BIN");
     }
 }
