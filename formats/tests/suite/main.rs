@@ -1,10 +1,8 @@
 //! Tests the formats against other crates' encoders and decoders, and against the laws.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
-mod any_of;
 mod contradictions;
 mod dependency;
-mod display;
 mod examined;
 mod laws;
 mod limits;
