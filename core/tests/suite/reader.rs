@@ -62,7 +62,7 @@ impl embedded_io_async::Read for Uart {
         .await;
         if matches!(self.answers.front(), Some(Answer::Silence)) {
             self.answers.pop_front();
-            std::future::pending().await
+            std::future::pending::<()>().await;
         }
         embedded_io::Read::read(self, buffer)
     }

@@ -156,20 +156,11 @@ fn a_frame_of_300_bytes() {
     );
 }
 
-/// Returns the frame with a signature and with the CRC that a signed frame has.
-pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
-    let (unsigned, _) = frame.split_last_chunk::<2>().expect("a CRC");
-    let mut signed = unsigned.to_vec();
+/// Returns the frame with a signature, and with the CRC of a signed frame.
+fn signed(frame: &[u8]) -> Vec<u8> {
+    let mut signed = [frame, &[7; 13]].concat();
     signed[2] = 1;
-    let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
-    let known = DIALECT.iter().find(|known| known.number == id);
-    let extra = known
-        .expect("a known message")
-        .extra
-        .expect("an extra byte");
-    let crc = mavlink_core::calculate_crc(&signed[1..], extra);
-    signed.extend(crc.to_le_bytes());
-    signed.extend([7, 1, 2, 3, 4, 5, 6, 0xA, 0xB, 0xC, 0xD, 0xE, 0xF]);
+    assert!(mavlink::layout_v2(DIALECT).seal(&mut signed));
     signed
 }
 

@@ -1,4 +1,4 @@
-//! Tests the formats against other crates' encoders and decoders, and against the laws.
+//! Tests the formats against frames of other projects, and against the laws.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod contradictions;
@@ -25,20 +25,6 @@ fn receive<F: Format, const N: usize>(
             see(frame.message());
         }
     }
-}
-
-/// Asserts that the format finds exactly one message in a frame. `see` checks the message.
-fn receive_one<F: Format, const N: usize>(
-    format: F,
-    frame: &[u8],
-    mut see: impl FnMut(F::Message<'_>),
-) {
-    let mut received = 0;
-    receive::<F, N>(format, frame, |message| {
-        see(message);
-        received += 1;
-    });
-    assert_eq!(received, 1, "{frame:02X?}");
 }
 
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and a message with the longest possible payload.
