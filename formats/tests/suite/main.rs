@@ -6,7 +6,6 @@ mod dependency;
 mod examined;
 mod laws;
 mod limits;
-mod nmea;
 mod others;
 mod own_format;
 
@@ -36,7 +35,7 @@ const DIALECT: &[KnownMessage] = &[
 
 /// Returns the frame of a message.
 fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
-    let mut buffer = [0xA5; 300];
+    let mut buffer = [0xA5; 1100];
     let frame = format.encode_into(message, &mut buffer);
     frame.expect("it is encoded").to_vec()
 }

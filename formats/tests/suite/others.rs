@@ -1,7 +1,5 @@
 //! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a catalogue.
 
-use std::fmt::Debug;
-
 use framelock::{Encode as _, EncodeInto, Receiver};
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
@@ -9,6 +7,7 @@ use framelock_formats::{
     ibus::Ibus,
     mavlink::{self, Mavlink1, Mavlink2},
     motion::SixAxes,
+    nmea::Nmea,
     rtcm::{self, Rtcm},
     sbus::{self, Sbus},
     ubx::{self, Ubx},
@@ -17,20 +16,19 @@ use proptest::prelude::*;
 
 use crate::{DIALECT, frame, receive};
 
-/// Returns the messages in a frame as text, and the frames that encode them. `rest` returns what the message's functions
-/// return.
+/// Returns the messages in a frame as text, and the frames that encode them.
 fn received<F, const N: usize>(
     format: F,
     bytes: &[u8],
-    rest: impl Fn(F::Message<'_>) -> String,
+    text: impl Fn(F::Message<'_>) -> String,
 ) -> (Vec<String>, Vec<Vec<u8>>)
 where
     F: EncodeInto + Copy,
-    for<'a> F::Message<'a>: Debug + Copy,
+    for<'a> F::Message<'a>: Copy,
 {
     let (mut messages, mut frames) = (Vec::new(), Vec::new());
     receive::<F, N>(format, bytes, |message| {
-        messages.push(format!("{message:?}{}", rest(message)));
+        messages.push(text(message));
         frames.push(frame(&format, message));
     });
     (messages, frames)
@@ -48,13 +46,14 @@ fn frames_of_other_projects() {
         let byte = |at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal digits");
         let bytes: Vec<u8> = (0..hex.len()).step_by(2).map(byte).collect();
         let (messages, frames) = match name {
-            "SBUS" => received::<_, 25>(Sbus, &bytes, |_| String::new()),
-            "iBUS" => received::<_, 32>(Ibus, &bytes, |_| String::new()),
-            "CRSF" => received::<_, 64>(Crsf, &bytes, |it| format!(" {:?}", it.channels())),
-            "UBX" => received::<_, 248>(Ubx::<248>, &bytes, |_| String::new()),
-            "MAVLink1" => received::<_, 263>(Mavlink1(DIALECT), &bytes, |_| String::new()),
-            "MAVLink2" => received::<_, 280>(Mavlink2(DIALECT), &bytes, |_| String::new()),
-            _ => received::<_, 1029>(Rtcm, &bytes, |it| format!(" {:?}", it.number())),
+            "SBUS" => received::<_, 25>(Sbus, &bytes, |it| format!("{it:?}")),
+            "iBUS" => received::<_, 32>(Ibus, &bytes, |it| format!("{it:?}")),
+            "CRSF" => received::<_, 64>(Crsf, &bytes, |it| format!("{it:?} {:?}", it.channels())),
+            "UBX" => received::<_, 248>(Ubx::<248>, &bytes, |it| format!("{it:?}")),
+            "NMEA" => received::<_, 515>(Nmea, &bytes, |it| it.escape_ascii().to_string()),
+            "MAVLink1" => received::<_, 263>(Mavlink1(DIALECT), &bytes, |it| format!("{it:?}")),
+            "MAVLink2" => received::<_, 280>(Mavlink2(DIALECT), &bytes, |it| format!("{it:?}")),
+            _ => received::<_, 1029>(Rtcm, &bytes, |it| format!("{it:?} {:?}", it.number())),
         };
         let expected: Vec<&str> = [expected].into_iter().filter(|it| *it != "none").collect();
         assert_eq!(messages, expected, "{line}");
@@ -171,6 +170,9 @@ fn a_message_without_a_frame_is_not_encoded() {
     {
         assert!(encodes(&payload[..most]), "{most}");
         assert!(!encodes(&payload[..=most]), "{most} and one more");
+    }
+    for wrong in ["a$b", "a!b", "a\nb", "a\r", "é"] {
+        assert!(!is_encoded(&Nmea, wrong.as_bytes()), "{wrong:?}");
     }
     let unknown = mavlink::Message {
         id: 1,
