@@ -1,13 +1,9 @@
-//! Tests the receiver of frames of any length: steps, runs of noise, buffers, and when it asks the format. The tests of
+//! Tests the receiver of frames of any length: runs of noise, buffers, and when it asks the format. The tests of
 //! `framelock-oracles` compare the receiver with the naive reference.
 
 use std::cell::{Cell, RefCell};
 
-use framelock::{
-    BufferedReceiver, Classification, DiscardReason, Format, Found, Frame, Line, LineEvent,
-};
-use proptest::collection::vec;
-use proptest::prelude::*;
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format};
 
 /// `'#' length payload`, where the last byte must be a letter.
 #[derive(Clone, Copy)]
@@ -35,68 +31,6 @@ impl Format for Short {
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[2..]
-    }
-}
-
-/// A format of two kinds of frames: [`Short`], and `#a`, which a line event must follow.
-#[derive(Clone, Copy)]
-struct Either;
-
-impl Format for Either {
-    const LONGEST: usize = Short::LONGEST;
-    type Message<'a> = &'a [u8];
-
-    fn classify(&self, bytes: &[u8]) -> Classification {
-        match bytes {
-            [b'#', b'a'] => Classification::Incomplete { at_least: 3 },
-            _ => Short.classify(bytes),
-        }
-    }
-
-    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
-        match bytes {
-            [b'#', b'a'] => Classification::Frame(2),
-            _ => Classification::Rejected(DiscardReason::LineEvent),
-        }
-    }
-
-    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        frame
-    }
-}
-
-proptest! {
-    /// A poll and a line event that are done in steps report and count the same as in one call, in the same order. The
-    /// streams consist mostly of false starts, with frames among them.
-    #[test]
-    fn steps_do_what_one_call_does(
-        stream in vec((prop_oneof![3 => Just(b'#'), 4 => 0_u8..8, 2 => Just(b'a'), 1 => any::<u8>()], 0_u8..16), 0..200),
-    ) {
-        let line = || Line::new(BufferedReceiver::<_, [u8; 18]>::new(Either));
-        let (mut whole, mut stepped) = (line(), line());
-        let (mut expected, mut found) = (Vec::new(), Vec::new());
-        let noted = |one: Found<Frame<'_, Either>>| one.map(|frame| frame.bytes().to_vec());
-        for (byte, then) in stream {
-            expected.extend(whole.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
-            found.extend(stepped.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
-            match then {
-                0 => {
-                    whole.line_event(LineEvent::Idle, |one| expected.push(noted(one)));
-                    let mut steps = 1;
-                    while stepped.line_event_step(LineEvent::Idle, |one| found.push(noted(one))) {
-                        steps += 1;
-                    }
-                    prop_assert!(steps < Either::LONGEST);
-                }
-                1..4 => {
-                    whole.feed(&[], |one| expected.push(noted(one)));
-                    while stepped.poll_step(|one| found.push(noted(one))) {}
-                }
-                _ => {}
-            }
-            prop_assert_eq!(&found, &expected);
-            prop_assert_eq!((stepped.counters(), stepped.pending()), (whole.counters(), whole.pending()));
-        }
     }
 }
 

@@ -152,9 +152,14 @@ where
             );
             assert!(pushed.pending() < longest, "{steps:02X?}");
         }
+        let (mut stepped, mut found_by_steps) = (pushed.clone(), frames.clone());
+        while stepped.poll_step(|found| {
+            found_by_steps.extend(found.message().map(|frame| frame.message().to_vec()));
+        }) {}
         while let Some(frame) = pushed.poll() {
             frames.push(frame.message().to_vec());
         }
+        assert_eq!(found_by_steps, frames, "poll in steps: {steps:02X?}");
         assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
 
         for slice in stretch.iter().map(StreamStep::bytes) {
@@ -171,17 +176,20 @@ where
                 slice => line.feed(slice, |_| ()),
             }
         }
-        line.feed(&[], |_| ());
+        while line.poll_step(|_| ()) {}
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
             all = reference(naive, &bytes, Some(*event)).0;
             fed.line_event(*event, |found| {
                 findings.receive(&bytes, found.map(|frame| frame.message()));
             });
-            pushed.line_event(*event, |found| {
-                frames.extend(found.message().map(|frame| frame.message().to_vec()));
+            let has_ended = (0..longest).any(|_| {
+                !pushed.line_event_step(*event, |found| {
+                    frames.extend(found.message().map(|frame| frame.message().to_vec()));
+                })
             });
-            line.line_event(*event, |_| ());
+            assert!(has_ended, "too many steps: {steps:02X?}");
+            while line.line_event_step(*event, |_| ()) {}
             counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
             assert_eq!(findings.0, all, "line event: {steps:02X?}");
