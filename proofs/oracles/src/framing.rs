@@ -163,18 +163,7 @@ where
         assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
 
         for slice in stretch.iter().map(StreamStep::bytes) {
-            match slice {
-                &[byte] => {
-                    let _ = line.push(byte);
-                    // If the byte is odd, poll for remaining frames before the next slice.
-                    while byte % 2 == 1 && line.poll().is_some() {}
-                }
-                [first, ..] if first % 2 == 1 => {
-                    let mut rest = slice;
-                    while line.next(&mut rest).is_some() {}
-                }
-                slice => line.feed(slice, |_| ()),
-            }
+            take(&mut line, slice);
         }
         let is_in_steps = bytes.len() % 2 == 1;
         if is_in_steps {
@@ -223,6 +212,22 @@ where
         }
     }
     counted.counters
+}
+
+/// Gives a slice to the line in one of three ways.
+fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) {
+    match slice {
+        &[byte] => {
+            let _ = line.push(byte);
+            // If the byte is odd, poll for remaining frames before the next slice.
+            while byte % 2 == 1 && line.poll().is_some() {}
+        }
+        [first, ..] if first % 2 == 1 => {
+            let mut rest = slice;
+            while line.next(&mut rest).is_some() {}
+        }
+        slice => line.feed(slice, |_| ()),
+    }
 }
 
 /// A format whose messages are the frames themselves.
