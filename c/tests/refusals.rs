@@ -1,5 +1,5 @@
-//! Tests that a C function that refuses a call changes nothing: neither the receiver or failsafe, nor the message, nor
-//! the buffer for a frame. The programs compare all of them with copies from before the call.
+//! Tests that a function of a receiver in C that refuses a call changes nothing: neither the receiver, nor the message,
+//! nor the buffer for a frame. The program compares all of them with copies from before the call.
 
 use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;
@@ -44,13 +44,5 @@ fn a_refused_call_of_a_receiver_changes_nothing() {
     check(&truncated, &GCC, true);
     for (number, case) in random_cases(6, BYTES).enumerate() {
         check(&case, if number % 2 == 0 { &GCC } else { &CLANGXX }, false);
-    }
-}
-
-#[test]
-fn a_refused_call_of_the_failsafe_changes_nothing() {
-    for demand in ["-DFAILSAFE_DEMAND=uint8_t", "-DFAILSAFE_DEMAND=uint16_t"] {
-        let program = GCC.program("refused_failsafe.c", &[], &[demand]);
-        assert_eq!(program.run(&[]), "9 refused\n");
     }
 }

@@ -351,12 +351,12 @@ web() {
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }
 
-# The tests of the core and the formats. The harnesses take most of a day: see proofs/README.md.
+# The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see proofs/README.md.
 mutants() {
     cargo_tool cargo-mutants 27.1.0
     # Exit code 3: some change made the tests run into their time limit. Such a change counts as noticed.
     cargo mutants --workspace --test-package framelock --test-package framelock-formats \
-        --output "$target/mutants-by-tests" || [ $? = 3 ]
+        --test-package framelock-oracles --output "$target/mutants-by-tests" || [ $? = 3 ]
 }
 
 "$@"

@@ -166,7 +166,7 @@ impl Step {
                 let frame = frame(layout, content, chosen_by(content));
                 let mut bytes = frame.unwrap_or_else(|almost| almost);
                 if let &Some([place, sort]) = fault {
-                    bytes = broken(&bytes, chosen_by(&[place, sort, sort / 6]));
+                    bytes = broken(&bytes, chosen_by(&[place, sort, sort / 8]));
                 }
                 let slices = bytes.chunks(usize::from(*size).max(1));
                 slices

@@ -155,25 +155,23 @@ where
         }
         // A line event may come after bytes about which `push` has not decided.
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
+            let (mut stepped, mut found_by_steps) = (pushed.clone(), frames.clone());
+            while stepped.poll_step(|found| {
+                found_by_steps.extend(found.message().map(|frame| frame.message().to_vec()));
+            }) {}
             while let Some(frame) = pushed.poll() {
                 frames.push(frame.message().to_vec());
             }
+            assert_eq!(found_by_steps, frames, "poll in steps: {steps:02X?}");
             assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
         }
 
         for slice in stretch.iter().map(StreamStep::bytes) {
-            match slice {
-                &[byte] => {
-                    let _ = line.push(byte);
-                    // If the byte is odd, poll for remaining frames before the next slice.
-                    while byte % 2 == 1 && line.poll().is_some() {}
-                }
-                [first, ..] if first % 2 == 1 => {
-                    let mut rest = slice;
-                    while line.next(&mut rest).is_some() {}
-                }
-                slice => line.feed(slice, |_| ()),
-            }
+            take(&mut line, slice);
+        }
+        let is_in_steps = bytes.len() % 2 == 1;
+        if is_in_steps {
+            while line.poll_step(|_| ()) {}
         }
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
@@ -181,10 +179,17 @@ where
             fed.line_event(*event, |found| {
                 findings.receive(&bytes, found.map(|frame| frame.message()));
             });
-            pushed.line_event(*event, |found| {
-                frames.extend(found.message().map(|frame| frame.message().to_vec()));
+            let has_ended = (0..longest).any(|_| {
+                !pushed.line_event_step(*event, |found| {
+                    frames.extend(found.message().map(|frame| frame.message().to_vec()));
+                })
             });
-            line.line_event(*event, |_| ());
+            assert!(has_ended, "too many steps: {steps:02X?}");
+            if is_in_steps {
+                while line.line_event_step(*event, |_| ()) {}
+            } else {
+                line.line_event(*event, |_| ());
+            }
             counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
             assert_eq!(findings.0, all, "line event: {steps:02X?}");
@@ -213,6 +218,22 @@ where
         }
     }
     counted.counters
+}
+
+/// Gives a slice to the line in one of three ways.
+fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) {
+    match slice {
+        &[byte] => {
+            let _ = line.push(byte);
+            // If the byte is odd, poll for remaining frames before the next slice.
+            while byte % 2 == 1 && line.poll().is_some() {}
+        }
+        [first, ..] if first % 2 == 1 => {
+            let mut rest = slice;
+            while line.next(&mut rest).is_some() {}
+        }
+        slice => line.feed(slice, |_| ()),
+    }
 }
 
 /// A format whose messages are the frames themselves.

@@ -17,7 +17,6 @@
 )]
 
 mod failsafe;
-mod faults;
 mod formats;
 mod frame;
 mod framing;
@@ -31,8 +30,7 @@ mod stream;
 #[cfg(test)]
 mod wrong_reasons;
 
-pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
-pub use faults::{FaultyLine, faults};
+pub use failsafe::{CASES, FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
@@ -54,15 +52,9 @@ pub type Target = fn(&[u8], &mut Occurred);
 
 /// All targets by name, except `description`. This target needs the code of descriptions, so only the tests of
 /// descriptions run it.
-pub const TARGETS: [(&str, Target); 6] = [
+pub const TARGETS: [(&str, Target); 5] = [
     ("parser", |bytes, occurred| {
         count_lines(bytes, parser, occurred);
-    }),
-    ("faults", |bytes, occurred| {
-        let sorts = ["intact frame", "frame with a commit within", "wrong bits"];
-        let all = structured(bytes, faults).into_iter().flatten();
-        all.zip(sorts)
-            .for_each(|(times, sort)| occurred.count(sort, times as u64));
     }),
     ("failsafe", |bytes, occurred| {
         let result = structured(bytes, failsafe).unwrap_or_else(|| Ok(FailsafeRun::default()));

@@ -81,25 +81,3 @@ impl<'a> Arbitrary<'a> for StreamStep {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The files of the corpus have this layout.
-    #[test]
-    fn bytes_are_read_as_steps() {
-        let u = Unstructured::new(b"\x00\x02AB\x14wxyz\x05\x03q\x26\x0F\x03\xFFrest");
-        assert_eq!(
-            Stream::arbitrary_take_rest(u).expect("enough"),
-            Stream(vec![
-                StreamStep::Slice(b"AB".to_vec()),
-                StreamStep::Slice(b"ABwxyz\rABwxyz\r".to_vec()),
-                StreamStep::Slice(b"qqq".to_vec()),
-                StreamStep::Event(LineEvent::Idle),
-                StreamStep::Event(LineEvent::Parity),
-                StreamStep::Slice(b"rest".to_vec()),
-            ])
-        );
-    }
-}

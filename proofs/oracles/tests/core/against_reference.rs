@@ -175,33 +175,6 @@ fn any_format_cut_anywhere_with_line_events() {
     assert_eq!(missing(&OF_FORMATS), expected);
 }
 
-/// A resynchronisation is a frame delivered after a loss. Each loss ends with one resynchronisation.
-#[test]
-fn resynchronisations_are_counted() {
-    let mut line = Line::new(Receiver::<Bin>::new());
-    let mut counts = Vec::new();
-    for part in [
-        b"AB\0abc\r".as_slice(),
-        b"x",
-        b"AB\0abc\r",
-        b"AB\0abc\r",
-        b"AB\0ac\r",
-        b"AB\0abc\r",
-    ] {
-        line.feed(part, |_| ());
-        counts.push(line.counters().resynchronisations);
-    }
-    assert_eq!(counts, [0, 0, 1, 1, 1, 2]);
-    line.feed(b"AB\0", |_| ());
-    line.line_event(LineEvent::Overrun, |_| ());
-    line.feed(b"AB\0abc\r", |_| ());
-    assert_eq!(line.counters().resynchronisations, 3);
-    // A line event that drops no byte does not count as a loss.
-    line.line_event(LineEvent::Idle, |_| ());
-    line.feed(b"AB\0abc\r", |_| ());
-    assert_eq!(line.counters().resynchronisations, 3);
-}
-
 /// Counters wrap, and the equation between the counters still holds, modulo their width.
 #[test]
 fn counters_wrap() {

@@ -1,8 +1,11 @@
 //! Tests that the receivers of each shipped format find the same frames as the reference. The streams have faults, and are
 //! split into slices at any positions.
 
-use framelock::LineEvent;
-use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, cut, faulty, random_frame};
+use std::ops::Range;
+
+use framelock::{BufferedReceiver, LineEvent};
+use framelock_formats::{AnyOf, CheckedLayout};
+use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, broken, cut, faulty, random_frame};
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -45,5 +48,64 @@ fn every_format() {
         impossible.extend(others.split(", "));
         impossible.sort_unstable();
         assert_eq!(occurred.missing(), impossible, "{}", format.name);
+    }
+}
+
+/// Sends frames, and broken copies of some of them, and then reports a line event. Asserts that each frame is delivered,
+/// unless a delivered frame shares bytes with it that does not begin later. Returns how many of the frames are
+/// delivered, and how many share bytes with a delivered one.
+pub(crate) fn whole_frames_are_delivered(
+    layouts: &[CheckedLayout],
+    frames: &[Vec<u8>],
+    event: LineEvent,
+    random: &mut ChaCha8Rng,
+) -> [usize; 2] {
+    let longest = layouts.iter().map(|layout| layout.longest).max();
+    let buffer = vec![0; longest.expect("a layout")];
+    let mut receiver = BufferedReceiver::with_buffer(AnyOf(layouts), buffer).expect("it fits");
+    let (mut bytes, mut whole) = (Vec::new(), Vec::new());
+    for frame in frames {
+        if random.random() {
+            bytes.extend(broken(frame, |count| random.random_range(0..count)));
+        }
+        whole.push(bytes.len()..bytes.len() + frame.len());
+        bytes.extend(frame);
+    }
+    let (mut at, mut delivered) = (0, Vec::new());
+    let mut note = |length: usize, is_frame: bool| {
+        delivered.extend(is_frame.then_some(at..at + length));
+        at += length;
+    };
+    receiver.feed(&bytes, |one| note(one.bytes(), one.message().is_some()));
+    receiver.line_event(event, |one| note(one.bytes(), one.message().is_some()));
+    let mut counts = [0; 2];
+    for frame in whole {
+        let shares = |it: &Range<usize>| it.start <= frame.start && frame.start < it.end;
+        let is_lost = !delivered.contains(&frame);
+        let is_taken = delivered.iter().any(shares);
+        assert!(is_taken, "{frame:?} of {bytes:02X?}, {layouts:?}");
+        counts[usize::from(is_lost)] += 1;
+    }
+    counts
+}
+
+/// In BIN, the end of a faulty frame and the beginning of a whole one may form a frame.
+#[test]
+fn frames_that_arrive_whole_are_delivered() {
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    for format in FORMATS {
+        let mut all = [0; 2];
+        for _ in 0..100 {
+            let tries = (0..10).filter_map(|_| {
+                let layout = format.layouts.choose(&mut random).expect("a layout");
+                random_frame(layout, &mut random).ok()
+            });
+            let frames: Vec<Vec<u8>> = tries.collect();
+            let event = LineEvent::Idle;
+            let counts = whole_frames_are_delivered(format.layouts, &frames, event, &mut random);
+            all = [all[0] + counts[0], all[1] + counts[1]];
+        }
+        assert!(all[0] > 100, "{}: {all:?}", format.name);
+        assert!(all[1] > 0 || format.name != "BIN", "{all:?}");
     }
 }

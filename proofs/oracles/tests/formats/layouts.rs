@@ -342,6 +342,7 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "mask of a length" in [0x3F, 0x1F7], |mask| field.is_some_and(|it| it.mask == mask);
         "factor of a length" in 1..=4, |factor| field.is_some_and(|it| it.factor == factor);
         "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
+        "longest frame of several lengths", length != Length::Fixed && frames.iter().any(|frame| frame.len() == layout.longest);
         "messages" in 0..=5, |count| known.len() == count;
         "number of a message" in &numbers, |&form| is(messages.map(|it| it.number), form);
         "message with an extra byte", checksum.is_some() && known.iter().any(|it| it.extra.is_some());
