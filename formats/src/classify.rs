@@ -129,7 +129,9 @@ impl Layout<'_> {
 
     #[inline(always)]
     pub(crate) fn known(&self) -> &[KnownMessage] {
-        self.messages.as_ref().map_or(&[], |messages| messages.known)
+        self.messages
+            .as_ref()
+            .map_or(&[], |messages| messages.known)
     }
 
     /// Parses the header at the beginning of the bytes.

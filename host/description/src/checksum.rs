@@ -118,7 +118,12 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
             return Err(Located::new(span, rule));
         }
     };
-    let is_named = |name| entry.name.as_ref().is_some_and(|it| plain(it.get_ref()) == plain(name));
+    let is_named = |name| {
+        entry
+            .name
+            .as_ref()
+            .is_some_and(|it| plain(it.get_ref()) == plain(name))
+    };
     let all_bits = u32::MAX >> (32 - 8 * bytes);
     Ok(Checksum {
         algorithm,
