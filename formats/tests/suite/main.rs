@@ -3,6 +3,7 @@
 
 mod contradictions;
 mod dependency;
+mod ends;
 mod examined;
 mod laws;
 mod limits;

@@ -1,7 +1,7 @@
 //! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a catalogue.
 
 use framelock::{Encode as _, EncodeInto, Receiver};
-use framelock_formats::layout::{Algorithm, Crc, Table};
+use framelock_formats::layout::{Algorithm, Checksum, Crc, Table};
 use framelock_formats::{
     crsf::{Crsf, Message as CrsfMessage},
     ibus::Ibus,
@@ -91,7 +91,9 @@ proptest! {
         ] {
             let words = crc.table_of_words();
             for table in [Table::None, Table::Words(&words)] {
-                prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
+                let algorithm = Algorithm::Crc(Crc { table, ..crc });
+                let checksum = Checksum { algorithm, ..Checksum::at_the_end(4) };
+                prop_assert_eq!(checksum.of(&bytes, None), expected);
             }
         }
     }
@@ -108,8 +110,9 @@ proptest! {
             let expected = crc::Crc::<u8>::new(theirs);
             for table in [Table::None, Table::Bytes(&narrow), Table::Words(&words)] {
                 let algorithm = Algorithm::Crc(Crc { table, ..crc });
-                prop_assert_eq!(algorithm.of(&bytes, None), expected.checksum(&bytes).into());
-                prop_assert_eq!(algorithm.of(&bytes, Some(extra)), expected.checksum(&all).into());
+                let checksum = Checksum { algorithm, ..Checksum::at_the_end(1) };
+                prop_assert_eq!(checksum.of(&bytes, None), expected.checksum(&bytes).into());
+                prop_assert_eq!(checksum.of(&bytes, Some(extra)), expected.checksum(&all).into());
             }
         }
     }
