@@ -87,10 +87,11 @@
 //! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
+//! | SLIP and KISS, COBS, HDLC | [`packet`] | chosen by you | nothing; HDLC: CRC-16 | RFC 1055, RFC 1662 |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All formats in the table except `SixAxes` are [`Format`](framelock::Format)s for a
-//! [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
+//! The formats of [`packet`] are for a [`PacketReceiver`](framelock::PacketReceiver). All other formats in the table except
+//! `SixAxes` are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
 //! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
 //! [`Receiver`](framelock::Receiver).
 //!
@@ -152,6 +153,7 @@ pub mod layout;
 pub mod mavlink;
 pub mod motion;
 pub mod nmea;
+pub mod packet;
 pub mod rtcm;
 pub mod sbus;
 mod seal;
