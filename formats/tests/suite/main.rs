@@ -9,6 +9,7 @@ mod laws;
 mod limits;
 mod others;
 mod own_format;
+mod packet;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
