@@ -265,10 +265,14 @@ fn a_pause_delivers_the_whole_frames_one_in_each_call() {
 /// A delimiter before a pause stays pending, but the pause is reported only once.
 #[test]
 fn a_pause_after_a_delimiter_is_reported_once() {
-    let pieces = [Some(b"\xC0".to_vec()), None, Some(b"ab\xC0".to_vec())];
+    let uart = uart([
+        Answer::Bytes(b"\xC0".to_vec()),
+        Answer::Silence,
+        Answer::Bytes(b"ab\xC0".to_vec()),
+    ]);
     let receiver = PacketReceiver::with_buffer(Any(Stuffing::SLIP, 3), [0; 3]);
     let receiver = receiver.expect("long enough");
-    let mut reader = Reader::<_, _, 32>::new(Pausing(pieces.to_vec()), receiver);
+    let mut reader = Reader::<_, _, 32>::new(uart, receiver);
     let mut silences = 0;
     let silence = || {
         silences += 1;
