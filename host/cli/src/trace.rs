@@ -258,6 +258,7 @@ impl Machine {
         Piece {
             from,
             bytes,
+            frame,
             discarded,
         }: &Piece,
     ) -> String {
@@ -265,7 +266,7 @@ impl Machine {
             return format!("discarded {} from offset {from}: {why}", hex::glued(bytes));
         }
         let mut fields = Vec::new();
-        self.frames.append_text(&mut fields, bytes);
+        self.frames.append_text(&mut fields, frame);
         let fields = String::from_utf8_lossy(&fields);
         format!("frame from offset {from}:{fields}")
     }

@@ -148,7 +148,7 @@ impl Machine {
             let fate = if let Some(why) = piece.discarded {
                 Fate::Discarded(why)
             } else {
-                self.frame = piece.bytes;
+                self.frame = piece.frame;
                 if let Some(setpoint) = self.setpoint() {
                     self.failsafe.frame(setpoint);
                 }

@@ -182,7 +182,10 @@ impl Watch {
 
     fn record(&mut self, pieces: Vec<Piece>) {
         for Piece {
-            bytes, discarded, ..
+            bytes,
+            frame,
+            discarded,
+            ..
         } in pieces
         {
             self.is_searching = discarded.is_some();
@@ -197,11 +200,11 @@ impl Watch {
             }
             self.is_in_loss = false;
             self.framed_at = Some(self.now);
-            if let Some(setpoint) = self.frame.protocol.setpoint(&bytes) {
+            if let Some(setpoint) = self.frame.protocol.setpoint(&frame) {
                 self.setpoint = Some(setpoint);
                 self.failsafe.frame(setpoint);
             }
-            self.last = bytes;
+            self.last = frame;
         }
     }
 
