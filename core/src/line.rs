@@ -130,6 +130,7 @@ counters! {
     unknown_message UnknownMessage
     checksum_mismatch ChecksumMismatch
     wrong_terminator WrongTerminator
+    broken_stuffing BrokenStuffing
     line_event LineEvent
 }
 

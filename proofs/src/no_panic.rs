@@ -114,6 +114,7 @@ fn any_counters() -> Counters {
         discarded.unknown_message,
         discarded.checksum_mismatch,
         discarded.wrong_terminator,
+        discarded.broken_stuffing,
         discarded.line_event,
     ] = kani::any();
     let events = &mut counters.events;

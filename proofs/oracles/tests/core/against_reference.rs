@@ -220,6 +220,7 @@ fn counters_wrap() {
         &mut discarded.unknown_message,
         &mut discarded.checksum_mismatch,
         &mut discarded.wrong_terminator,
+        &mut discarded.broken_stuffing,
         &mut discarded.line_event,
         &mut events.framing,
         &mut events.parity,
