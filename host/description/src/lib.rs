@@ -208,8 +208,8 @@ impl Description {
         classification == Classification::Frame(bytes.len())
     }
 
-    /// Returns the bytes that a sender sends for a frame: the frame itself, or the packet between its delimiters. Returns
-    /// `None` if no packet has these bytes.
+    /// Returns the bytes that a sender sends for a frame: the frame itself, or the packet with its delimiters. If frames
+    /// end by themselves, no delimiter follows the packet. Returns `None` if no packet has these bytes.
     #[must_use]
     pub fn sent(&self, frame: &[u8]) -> Option<Vec<u8>> {
         let Some(stuffing) = self.layouts.packets() else {
@@ -217,7 +217,11 @@ impl Description {
         };
         // An escaped byte takes two bytes, and so does a delimiter of DLE framing.
         let mut bytes = vec![0; 2 * frame.len() + 4];
-        stuffing.stuff(frame, &mut bytes).map(<[u8]>::to_vec)
+        let (last, before) = stuffing.stuff(frame, &mut bytes)?.split_last()?;
+        let ends_by_itself = self.layouts.all()[self.number(frame)].length != Length::Silence
+            && matches!(stuffing, Stuffing::Escape { .. } | Stuffing::Cobs);
+        let last = (!ends_by_itself).then_some(*last);
+        Some(before.iter().copied().chain(last).collect())
     }
 
     /// Returns the line event that ends frames which their own bytes do not end, or `None` if there are no such frames.

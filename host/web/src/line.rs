@@ -25,6 +25,8 @@ pub(crate) struct Cell {
     pub(crate) begins: bool,
     /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
     pub(crate) ends: usize,
+    /// Whether the sender pauses after the byte.
+    has_pause: bool,
     /// The time at which the byte ends, in milliseconds.
     pub(crate) at: u32,
 }
@@ -97,28 +99,37 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 /// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
 /// that the receiver finds on a line without faults.
 fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
-    let cells = frames.iter().flatten().map(|&byte| Cell {
-        sent: Some(byte),
-        received: Some(byte),
-        ..Cell::default()
-    });
-    let mut cells: Vec<Cell> = cells.collect();
+    let is_packet = protocol.description.format().packets().is_some();
+    let mut cells = Vec::new();
+    for frame in frames {
+        cells.extend(frame.iter().map(|&byte| Cell {
+            sent: Some(byte),
+            received: Some(byte),
+            ..Cell::default()
+        }));
+        cells.iter_mut().last().into_iter().for_each(|last| last.has_pause = true);
+    }
     let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
     let mut decided = 0;
     let mut on_outcome = |found: Found<&[u8]>| {
         if let Found::Frame { length, .. } = found {
             cells[decided].begins = true;
-            cells[decided + length - 1].ends = length;
+            let last = &mut cells[decided + length - 1];
+            last.ends = length;
+            // The closing delimiter of a packet follows without a pause.
+            last.has_pause |= !is_packet;
         }
         decided += found.bytes();
     };
-    let ending = protocol.description.ending_event();
-    let mut event = |line: &mut AnyLine| {
-        if let Some(event) = ending {
-            line.line_event(event, &mut on_outcome);
-        }
-    };
+    let ending_event = protocol.description.ending_event();
     for frame in frames {
+        // A break stands before a packet and after it. A pause is only after a frame.
+        for bytes in [&[][..], frame] {
+            receiver.feed(bytes, &mut on_outcome);
+            if let Some(event) = ending_event {
+                receiver.line_event(event, &mut on_outcome);
+            }
+        }
     }
     // The line ends after the last byte.
     receiver.line_event(LineEvent::Idle, on_outcome);
@@ -126,7 +137,7 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
     for cell in &mut cells {
         now += BYTE;
         cell.at = u32::try_from(now / 1_000).expect("the line is short");
-        now += if cell.ends > 0 { PAUSE } else { 0 };
+        now += if cell.has_pause { PAUSE } else { 0 };
     }
     Ok(cells)
 }

@@ -24,12 +24,15 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
         let fitting = shipped().filter(|other| fits(other, stream));
         fitting.min_by_key(|other| Reverse(in_frames(other, Policy::Framelock, stream)))
     };
+    let ending_event = protocol.description.ending_event();
     let inverted = || stream.iter().map(|byte| !byte).collect::<Vec<u8>>();
     if let Some(bytes) = bytes_of_hex(stream)
         && in_frames(protocol, policy, &bytes) > 0
     {
         let count = bytes.len();
         format!("the input is hex text for {count} bytes, which contain frames: give --input hex")
+    } else if ending_event == Some(LineEvent::Idle) {
+        "silence ends these frames: read them from a serial port or a live stream, with --idle-gap".to_owned()
     } else if policy == Policy::Lecture && fits(protocol, stream) {
         "--policy framelock finds frames".to_owned()
     } else if let Some(other) = best_of_shipped(stream) {
@@ -54,7 +57,13 @@ fn in_frames(protocol: &Protocol, policy: Policy, stream: &[u8]) -> usize {
 fn shipped() -> impl Iterator<Item = Protocol> {
     let named =
         |(name, _): &(&str, &str)| Protocol::named(name).expect("shipped descriptions are valid");
-    SHIPPED.iter().map(named)
+    // Most bytes fit packets without a checksum.
+    let has_checksum = |protocol: &Protocol| {
+        let description = &protocol.description;
+        let mut kinds = description.kinds.iter();
+        description.format().packets().is_none() || kinds.all(|kind| kind.layout().checksum.is_some())
+    };
+    SHIPPED.iter().map(named).filter(has_checksum)
 }
 
 /// Parses a text as hex. Returns its bytes.
