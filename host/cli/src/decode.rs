@@ -275,7 +275,12 @@ impl Decoder {
             return;
         }
         let protocol = &self.options.frame;
-        let cause = hints::likely_cause(protocol, self.options.policy, &self.beginning);
+        let cause = match protocol.description.ending_event() {
+            Some(LineEvent::Idle) if self.options.idle_gap.is_none() => {
+                "silence ends these frames: read a serial port or a live stream, with --idle-gap".to_owned()
+            }
+            _ => hints::likely_cause(protocol, self.options.policy, &self.beginning),
+        };
         note(&format!(
             "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
         ));

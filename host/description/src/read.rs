@@ -46,6 +46,11 @@ impl Kind {
             trailer,
             table: None,
         };
+        let mut syncs = parts.sync.bytes.chunks(parts.sync.length.max(1));
+        let is_dynamixel = |sync: &[u8]| sync.starts_with(&[0xFF, 0xFF, 0xFD]);
+        let rule = "frames of Dynamixel 2 contain an inserted FD after each FF FF FD: the values after it would be wrong, so \
+                    these frames cannot be described";
+        reject_if(syncs.any(is_dynamixel), span(all.sync.as_ref()), rule)?;
         let algorithm = parts.checksum.map(|checksum| checksum.algorithm);
         if let Some(Algorithm::Crc(crc)) = algorithm
             && (8..=32).contains(&crc.width)

@@ -24,15 +24,12 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
         let fitting = shipped().filter(|other| fits(other, stream));
         fitting.min_by_key(|other| Reverse(in_frames(other, Policy::Framelock, stream)))
     };
-    let ending_event = protocol.description.ending_event();
     let inverted = || stream.iter().map(|byte| !byte).collect::<Vec<u8>>();
     if let Some(bytes) = bytes_of_hex(stream)
         && in_frames(protocol, policy, &bytes) > 0
     {
         let count = bytes.len();
         format!("the input is hex text for {count} bytes, which contain frames: give --input hex")
-    } else if ending_event == Some(LineEvent::Idle) {
-        "silence ends these frames: read them from a serial port or a live stream, with --idle-gap".to_owned()
     } else if policy == Policy::Lecture && fits(protocol, stream) {
         "--policy framelock finds frames".to_owned()
     } else if let Some(other) = best_of_shipped(stream) {
