@@ -11,7 +11,7 @@ use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Input, Spelling, for_each_arrival};
-use crate::options::ProtocolParser;
+use crate::options::{ProtocolParser, check_breaks};
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use crate::view_parts::STATES;
@@ -44,6 +44,7 @@ impl Arguments {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
     fn print(&self, input: Input, out: &mut impl Write) -> Result<()> {
+        check_breaks(&self.frame, false, "the input")?;
         let is_bin = is_bin(&self.frame);
         // The lecture's machine receives only BIN.
         let policies = match self.policy {
@@ -76,7 +77,9 @@ impl Arguments {
         // The end of the input is a pause, which may complete frames.
         let rows: Vec<_> = machines.iter_mut().map(Machine::end).collect();
         if rows.iter().any(|[_, events]| !events.is_empty()) {
-            write_rows(out, &policies, &rows, |[start, end], _| format!("{start}{end}"))?;
+            write_rows(out, &policies, &rows, |[start, end], _| {
+                format!("{start}{end}")
+            })?;
         }
         writeln!(out)?;
         let rows: Vec<String> = machines.iter().map(Machine::balance).collect();
@@ -267,8 +270,14 @@ impl Machine {
             return Default::default();
         }
         self.line = ended;
-        let events: Vec<String> = pieces.iter().map(|piece| format!("  {}", self.event(piece))).collect();
-        ["   end        ".to_owned() + &" ".repeat(8) + "0", events.join(GOES_ON)]
+        let events: Vec<String> = pieces
+            .iter()
+            .map(|piece| format!("  {}", self.event(piece)))
+            .collect();
+        [
+            "   end        ".to_owned() + &" ".repeat(8) + "0",
+            events.join(GOES_ON),
+        ]
     }
 
     /// Returns the text for a frame or for discarded bytes.

@@ -165,7 +165,8 @@ impl PacketFormat for Layouts {
     /// # Panics
     /// Panics if the frames are not packets.
     fn stuffing(&self) -> Stuffing {
-        self.packets().expect("only packets have a receiver of packets")
+        self.packets()
+            .expect("only packets have a receiver of packets")
     }
 }
 

@@ -77,7 +77,11 @@ impl Packets {
                 escape: Byte(escape),
                 xor: Byte(xor),
             } => (
-                Stuffing::Escape { delimiter, escape, codes: Codes::Xor(xor) },
+                Stuffing::Escape {
+                    delimiter,
+                    escape,
+                    codes: Codes::Xor(xor),
+                },
                 differ(&[delimiter, escape]) && ![0, delimiter ^ escape].contains(&xor),
             ),
             Self::Pair {
@@ -86,16 +90,31 @@ impl Packets {
                 delimiter_code: Byte(code),
                 escape_code: Byte(other),
             } => (
-                Stuffing::Escape { delimiter, escape, codes: Codes::Pair { delimiter: code, escape: other } },
+                Stuffing::Escape {
+                    delimiter,
+                    escape,
+                    codes: Codes::Pair {
+                        delimiter: code,
+                        escape: other,
+                    },
+                },
                 differ(&[delimiter, escape]) && differ(&[delimiter, code, other]),
             ),
-            Self::Doubled { escape: Byte(escape), start, end: Byte(end) } => {
+            Self::Doubled {
+                escape: Byte(escape),
+                start,
+                end: Byte(end),
+            } => {
                 let start = start.map(|Byte(start)| start);
                 let bytes = [&[escape, end][..], start.as_slice()].concat();
                 (Stuffing::Doubled { escape, start, end }, differ(&bytes))
             }
         };
         let rule = "packets: the delimiter, the escape byte and the codes must differ, or no receiver could tell them apart";
-        if is_right { Ok(stuffing) } else { Err(rule.into()) }
+        if is_right {
+            Ok(stuffing)
+        } else {
+            Err(rule.into())
+        }
     }
 }

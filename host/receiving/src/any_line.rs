@@ -5,7 +5,8 @@ use std::fmt;
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, PacketReceiver, Receiver,
+    BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, PacketReceiver,
+    Receiver,
 };
 use framelock_description::Layouts;
 use thiserror::Error;

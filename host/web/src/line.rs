@@ -107,7 +107,11 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
             received: Some(byte),
             ..Cell::default()
         }));
-        cells.iter_mut().last().into_iter().for_each(|last| last.has_pause = true);
+        cells
+            .iter_mut()
+            .last()
+            .into_iter()
+            .for_each(|last| last.has_pause = true);
     }
     let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
     let mut decided = 0;

@@ -213,6 +213,8 @@ impl State {
 
     /// Reports a line event to the machines.
     fn event(&mut self, event: LineEvent) {
-        self.machines.iter_mut().for_each(|machine| machine.line_event(event));
+        self.machines
+            .iter_mut()
+            .for_each(|machine| machine.line_event(event));
     }
 }

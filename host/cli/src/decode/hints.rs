@@ -58,7 +58,8 @@ fn shipped() -> impl Iterator<Item = Protocol> {
     let has_checksum = |protocol: &Protocol| {
         let description = &protocol.description;
         let mut kinds = description.kinds.iter();
-        description.format().packets().is_none() || kinds.all(|kind| kind.layout().checksum.is_some())
+        description.format().packets().is_none()
+            || kinds.all(|kind| kind.layout().checksum.is_some())
     };
     SHIPPED.iter().map(named).filter(has_checksum)
 }
