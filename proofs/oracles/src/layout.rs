@@ -288,7 +288,9 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
     let mut covered = frame[covered].to_vec();
     if checksum.over_hex_digits {
         let digits = std::str::from_utf8(&covered).unwrap_or("?");
-        let pairs = (0..digits.len()).step_by(2).map(|at| digits.get(at..at + 2));
+        let pairs = (0..digits.len())
+            .step_by(2)
+            .map(|at| digits.get(at..at + 2));
         let decoded = pairs.map(|pair| u8::from_str_radix(pair?, 16).ok());
         match decoded.collect::<Option<Vec<u8>>>() {
             Some(decoded) if !digits.contains('+') => covered = decoded,
