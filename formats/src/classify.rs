@@ -415,6 +415,6 @@ impl FixedBits {
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));
-        byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
+        byte.is_some_and(|byte| byte & self.mask == self.value)
     }
 }
