@@ -218,7 +218,11 @@ mod tests {
     fn sums_are_what_they_are_called() {
         let bytes = [0x20, 0x40, 0xFF];
         assert_eq!(of("sum", &bytes), 0x15F);
+        assert_eq!(of("carry-sum", &[0xFF; 5]), 0x4FB);
         assert_eq!(of("xor", &bytes), 0x9F);
+        // The words are 4020 and 00FF.
+        assert_eq!(of("sum-words", &bytes), 0x411F);
+        assert_eq!(of("xor-words", &bytes), 0x40DF);
         // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }
