@@ -1,4 +1,6 @@
-//! The entry `packets`: how bytes of a packet are replaced, so that the delimiter occurs only between packets.
+//! The entry `packets`: the bytes between packets, and the replacements of these bytes inside packets.
+
+use std::collections::BTreeMap;
 
 use framelock::{Codes, Stuffing};
 use serde::Deserialize;
@@ -6,48 +8,12 @@ use serde::Deserialize;
 use crate::hex;
 use crate::problem::{Mistake, UnknownName};
 
-/// A name, or the bytes of the stuffing.
+/// A name, or the bytes of the stuffing in hex.
 #[derive(Clone, Deserialize)]
-#[serde(
-    untagged,
-    deny_unknown_fields,
-    expecting = "packets are \"slip\", \"hdlc\", \"cobs\", \"dle\" or \"break\", or bytes in hex: { delimiter, escape, xor }, \
-                 { delimiter, escape, delimiter_code, escape_code }, or { escape, start, end }, where start may be missing"
-)]
+#[serde(untagged, expecting = "packets are a name or a table of bytes in hex")]
 pub(crate) enum Packets {
     Named(String),
-    Xor {
-        delimiter: Byte,
-        escape: Byte,
-        xor: Byte,
-    },
-    Pair {
-        delimiter: Byte,
-        escape: Byte,
-        delimiter_code: Byte,
-        escape_code: Byte,
-    },
-    Doubled {
-        escape: Byte,
-        start: Option<Byte>,
-        end: Byte,
-    },
-}
-
-/// A byte in hex.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct Byte(u8);
-
-impl TryFrom<String> for Byte {
-    type Error = &'static str;
-
-    fn try_from(text: String) -> Result<Self, Self::Error> {
-        match hex::parse(&[text]).as_deref() {
-            Ok(&[byte]) => Ok(Self(byte)),
-            _ => Err("not a byte in hex"),
-        }
-    }
+    Bytes(BTreeMap<String, String>),
 }
 
 /// The names of stuffings.
@@ -59,62 +25,83 @@ const NAMES: &[(&str, Stuffing)] = &[
     ("break", Stuffing::Break),
 ];
 
+const FORMS: &str = "packets have a name, or these bytes in hex: delimiter, escape and xor; delimiter, escape, delimiter_code and \
+                     escape_code; or escape, end and perhaps start";
+
+const EQUAL: &str = "packets: the delimiter, the escape byte and the codes must differ, or no receiver could tell them apart";
+
 impl Packets {
-    /// Returns the stuffing. The bytes with a meaning of their own must differ.
+    /// Returns the stuffing.
     pub(crate) fn stuffing(&self) -> Result<Stuffing, Mistake> {
-        let differ = |bytes: &[u8]| (1..bytes.len()).all(|at| !bytes[..at].contains(&bytes[at]));
-        let (stuffing, is_right) = match *self {
-            Self::Named(ref name) => {
+        let table = match self {
+            Self::Named(name) => {
                 let named = NAMES.iter().find(|(known, _)| known == name);
                 let known = NAMES.iter().map(|(known, _)| *known);
-                return match named {
-                    Some((_, stuffing)) => Ok(*stuffing),
-                    None => Err(UnknownName::new(name, known).into()),
-                };
+                return named.map_or_else(
+                    || Err(UnknownName::new(name, known).into()),
+                    |(_, stuffing)| Ok(*stuffing),
+                );
             }
-            Self::Xor {
-                delimiter: Byte(delimiter),
-                escape: Byte(escape),
-                xor: Byte(xor),
-            } => (
-                Stuffing::Escape {
-                    delimiter,
-                    escape,
-                    codes: Codes::Xor(xor),
-                },
-                differ(&[delimiter, escape]) && ![0, delimiter ^ escape].contains(&xor),
-            ),
-            Self::Pair {
-                delimiter: Byte(delimiter),
-                escape: Byte(escape),
-                delimiter_code: Byte(code),
-                escape_code: Byte(other),
-            } => (
-                Stuffing::Escape {
-                    delimiter,
-                    escape,
-                    codes: Codes::Pair {
-                        delimiter: code,
-                        escape: other,
-                    },
-                },
-                differ(&[delimiter, escape]) && differ(&[delimiter, code, other]),
-            ),
-            Self::Doubled {
-                escape: Byte(escape),
-                start,
-                end: Byte(end),
-            } => {
-                let start = start.map(|Byte(start)| start);
-                let bytes = [&[escape, end][..], start.as_slice()].concat();
-                (Stuffing::Doubled { escape, start, end }, differ(&bytes))
-            }
+            Self::Bytes(table) => table,
         };
-        let rule = "packets: the delimiter, the escape byte and the codes must differ, or no receiver could tell them apart";
-        if is_right {
-            Ok(stuffing)
-        } else {
-            Err(rule.into())
+        let (mut keys, mut bytes) = (Vec::new(), Vec::new());
+        for (key, text) in table {
+            keys.push(&**key);
+            bytes.extend(hex::parse(&[text])?);
         }
+        // The keys are in alphabetical order.
+        let (stuffing, is_right) = match (&*keys, &*bytes) {
+            (["delimiter", "escape", "xor"], &[delimiter, escape, xor]) => {
+                let codes = Codes::Xor(xor);
+                let is_right = delimiter != escape && ![0, delimiter ^ escape].contains(&xor);
+                (
+                    Stuffing::Escape {
+                        delimiter,
+                        escape,
+                        codes,
+                    },
+                    is_right,
+                )
+            }
+            (
+                ["delimiter", "delimiter_code", "escape", "escape_code"],
+                &[delimiter, code, escape, other],
+            ) => {
+                let codes = Codes::Pair {
+                    delimiter: code,
+                    escape: other,
+                };
+                let is_right = ![code, escape, other].contains(&delimiter) && code != other;
+                (
+                    Stuffing::Escape {
+                        delimiter,
+                        escape,
+                        codes,
+                    },
+                    is_right,
+                )
+            }
+            (["end", "escape", "start"], &[end, escape, start]) => {
+                let is_right = end != escape && ![end, escape].contains(&start);
+                (
+                    Stuffing::Doubled {
+                        escape,
+                        start: Some(start),
+                        end,
+                    },
+                    is_right,
+                )
+            }
+            (["end", "escape"], &[end, escape]) => (
+                Stuffing::Doubled {
+                    escape,
+                    start: None,
+                    end,
+                },
+                end != escape,
+            ),
+            _ => return Err(FORMS.into()),
+        };
+        is_right.then_some(stuffing).ok_or(EQUAL.into())
     }
 }
