@@ -34,34 +34,29 @@ impl Packets {
     /// Returns the stuffing.
     pub(crate) fn stuffing(&self) -> Result<Stuffing, Mistake> {
         let table = match self {
-            Self::Named(name) => {
-                let named = NAMES.iter().find(|(known, _)| known == name);
-                let known = NAMES.iter().map(|(known, _)| *known);
-                return named.map_or_else(
-                    || Err(UnknownName::new(name, known).into()),
-                    |(_, stuffing)| Ok(*stuffing),
-                );
-            }
             Self::Bytes(table) => table,
+            Self::Named(name) => {
+                let mut all = NAMES.iter().copied();
+                let named = all.find(|(known, _)| known == name);
+                let known = NAMES.iter().map(|(known, _)| *known);
+                let unknown = || UnknownName::new(name, known).into();
+                return named.map(|(_, stuffing)| stuffing).ok_or_else(unknown);
+            }
         };
         let (mut keys, mut bytes) = (Vec::new(), Vec::new());
         for (key, text) in table {
             keys.push(&**key);
             bytes.extend(hex::parse(&[text])?);
         }
+        let escaped = |delimiter, escape, codes| Stuffing::Escape {
+            delimiter,
+            escape,
+            codes,
+        };
         // The keys are in alphabetical order.
-        let (stuffing, is_right) = match (&*keys, &*bytes) {
+        let stuffing = match (&*keys, &*bytes) {
             (["delimiter", "escape", "xor"], &[delimiter, escape, xor]) => {
-                let codes = Codes::Xor(xor);
-                let is_right = delimiter != escape && ![0, delimiter ^ escape].contains(&xor);
-                (
-                    Stuffing::Escape {
-                        delimiter,
-                        escape,
-                        codes,
-                    },
-                    is_right,
-                )
+                escaped(delimiter, escape, Codes::Xor(xor))
             }
             (
                 ["delimiter", "delimiter_code", "escape", "escape_code"],
@@ -71,37 +66,26 @@ impl Packets {
                     delimiter: code,
                     escape: other,
                 };
-                let is_right = ![code, escape, other].contains(&delimiter) && code != other;
-                (
-                    Stuffing::Escape {
-                        delimiter,
-                        escape,
-                        codes,
-                    },
-                    is_right,
-                )
+                escaped(delimiter, escape, codes)
             }
-            (["end", "escape", "start"], &[end, escape, start]) => {
-                let is_right = end != escape && ![end, escape].contains(&start);
-                (
-                    Stuffing::Doubled {
-                        escape,
-                        start: Some(start),
-                        end,
-                    },
-                    is_right,
-                )
-            }
-            (["end", "escape"], &[end, escape]) => (
+            (["end", "escape"] | ["end", "escape", "start"], [end, escape, start @ ..])
+                if start.len() + 2 == keys.len() =>
+            {
                 Stuffing::Doubled {
-                    escape,
-                    start: None,
-                    end,
-                },
-                end != escape,
-            ),
+                    escape: *escape,
+                    start: start.first().copied(),
+                    end: *end,
+                }
+            }
             _ => return Err(FORMS.into()),
         };
-        is_right.then_some(stuffing).ok_or(EQUAL.into())
+        let differ = (1..bytes.len()).all(|at| !bytes[..at].contains(&bytes[at]));
+        let is_doubled = matches!(stuffing, Stuffing::Doubled { .. });
+        let encodes_all = || stuffing.stuff(&bytes, &mut [0; 10]).is_some();
+        if differ && (is_doubled || encodes_all()) {
+            Ok(stuffing)
+        } else {
+            Err(EQUAL.into())
+        }
     }
 }

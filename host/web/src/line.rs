@@ -46,7 +46,7 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
     let mut cells = if scenario.own.is_empty() {
         sent(&frames(scenario, protocol), protocol)?
     } else {
-        sent(&[scenario.own.clone()], protocol)?
+        sent(std::slice::from_ref(&scenario.own), protocol)?
     };
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
