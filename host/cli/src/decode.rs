@@ -15,7 +15,7 @@ use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::options::{ProtocolParser, whole};
+use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
 use summary::Summary;
@@ -263,7 +263,10 @@ impl Decoder {
             return;
         }
         let protocol = &self.options.frame;
-        let cause = if is_decimal_text(&self.beginning) {
+        let needs_pauses = protocol.description.ending_event().is_some();
+        let cause = if needs_pauses && self.options.idle_gap.is_none() {
+            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
+        } else if is_decimal_text(&self.beginning) {
             "the input looks like decimal text, such as AB128127128: have the sender write each value as a byte"
         } else {
             "check --frame, --input, the baud rate and parity, and whether the line is inverted"
@@ -299,6 +302,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         let text = arguments.frame.text.as_bytes();
         return Ok(arguments.output()?.write_all(text)?);
     }
+    check_has_no_breaks(&arguments.frame)?;
     let input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
     arguments.check_times(&input)?;
     let (has_summary, has_gap) = (arguments.summary.is_some(), arguments.idle_gap.is_some());

@@ -15,7 +15,7 @@ use framelock_simulation::LEVEL;
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Input, for_each_arrival};
-use crate::options::ProtocolParser;
+use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::{Output, exit_code};
 use crate::serial::PortOptions;
 
@@ -46,6 +46,7 @@ const TICKS_PER_SECOND: u32 = 1_000_000;
 
 /// Runs `framelock monitor`, until the input ends or reading it fails.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let input = Input::open(&arguments.line, &arguments.port)?;
     let watch = Watch::new(FrameWriter::new(arguments.frame.clone()), line);

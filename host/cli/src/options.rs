@@ -2,8 +2,9 @@
 
 use std::ffi::OsStr;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::builder::{StringValueParser, TypedValueParser};
+use framelock::LineEvent;
 use framelock::motion::Setpoint;
 use framelock_description::text::{harmless, quoted};
 use framelock_receiving::Protocol;
@@ -53,6 +54,16 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
         roll: demand("roll", roll)?,
         yaw: demand("yaw", yaw)?,
     })
+}
+
+/// Checks that no break begins the frames of this protocol. Neither files nor this program's ports have breaks.
+pub(crate) fn check_has_no_breaks(protocol: &Protocol) -> Result<()> {
+    ensure!(
+        protocol.description.ending_event() != Some(LineEvent::Break),
+        "a break begins each packet of {protocol}, and this command neither sees nor sends breaks: generate a receiver, \
+         and report the breaks to it in the firmware"
+    );
+    Ok(())
 }
 
 /// Returns the shipped description with this name, or reads the description in the file with this name.

@@ -9,6 +9,7 @@ use framelock_receiving::Protocol;
 use serde_json::{Map, Number, Value};
 
 use crate::input::Input;
+use crate::options::check_has_no_breaks;
 
 /// The values of a row, by the names of their columns or fields.
 type Fields = Map<String, Value>;
@@ -22,6 +23,7 @@ pub(crate) fn rows<'a>(
     frame: &'a Protocol,
 ) -> Result<impl Iterator<Item = Result<Vec<u8>>> + 'a> {
     let name = input.name.clone();
+    check_has_no_breaks(frame)?;
     let mut input = BufReader::new(input);
     let (beginning, is_json) = beginning(&mut input)?;
     if beginning.starts_with(b"\xFF\xFE") || beginning.starts_with(b"\xFE\xFF") {
@@ -39,8 +41,11 @@ pub(crate) fn rows<'a>(
     };
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
-        let row = fields
-            .and_then(|fields| Ok(description.encode(&values(&description.columns, &fields)?)?));
+        let row = fields.and_then(|fields| {
+            let frame = description.encode(&values(&description.columns, &fields)?)?;
+            let sent = description.sent(&frame);
+            sent.context("no packet has these values")
+        });
         row.with_context(|| format!("{name}: line {number}"))
     }))
 }

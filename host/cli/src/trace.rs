@@ -5,12 +5,13 @@ use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
+use framelock::LineEvent;
 use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Input, for_each_arrival};
-use crate::options::ProtocolParser;
+use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::Output;
 use crate::serial::PortOptions;
 
@@ -34,6 +35,7 @@ pub(crate) struct Arguments {
 /// Runs `framelock trace`. Flushes all rows before it waits for more bytes. The memory in use does not grow with the
 /// number of bytes.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check_has_no_breaks(&arguments.frame)?;
     let input = arguments.input()?;
     let mut out = BufWriter::new(Output::standard()?);
     // The lecture's machine receives only BIN.
@@ -67,6 +69,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
         Ok(out.flush()?)
     })?;
+    if arguments.frame.description.ending_event().is_some() {
+        // The line is silent after the last byte.
+        let pieces = machines[0].line.line_event(LineEvent::Idle);
+        let events = machines[0].events(&pieces, width);
+        writeln!(out, "{:>23}{events}", "end                0")?;
+    }
     writeln!(out)?;
     let sums: Vec<String> = machines.iter().map(|machine| machine.sum(width)).collect();
     write_rows(&mut out, &policies, &sums, |sum, name| {
@@ -138,10 +146,15 @@ impl Machine {
     fn push(&mut self, byte: u8, width: usize) -> [String; 2] {
         let offset = self.line.decided() + self.line.pending().len();
         let pieces = self.line.push(byte);
-        let events: Vec<String> = pieces.iter().map(|piece| self.event(piece)).collect();
-        let events = events.join(&format!("\n{:1$}", "", 23 + width));
+        let events = self.events(&pieces, width);
         let start = format!("{offset:>6}  {byte:02X} {:<3}", character(byte));
         [start, format!("  {:>7}{events}", self.line.pending().len())]
+    }
+
+    /// Returns the text for these frames and discarded bytes, one per line.
+    fn events(&mut self, pieces: &[Piece], width: usize) -> String {
+        let events: Vec<String> = pieces.iter().map(|piece| self.event(piece)).collect();
+        events.join(&format!("\n{:1$}", "", 23 + width))
     }
 
     /// Returns the text for a frame or for discarded bytes.
@@ -150,6 +163,7 @@ impl Machine {
         Piece {
             from,
             bytes,
+            frame,
             discarded,
         }: &Piece,
     ) -> String {
@@ -165,7 +179,7 @@ impl Machine {
                 .join(",");
         }
         let mut fields = Vec::new();
-        self.frames.append_text(&mut fields, bytes);
+        self.frames.append_text(&mut fields, frame);
         let fields = String::from_utf8_lossy(&fields);
         format!("  frame from offset {from}:{fields}")
     }
