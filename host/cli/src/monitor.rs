@@ -7,8 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use framelock::Counters;
 use framelock::motion::{Failsafe, FailsafeParameters, Output as Actuators};
+use framelock::{Counters, Found, LineEvent};
 use framelock_description::text::harmless;
 use framelock_receiving::{AnyLine, Policy, Protocol, Standstill};
 use framelock_simulation::LEVEL;
@@ -39,6 +39,9 @@ pub(crate) struct Arguments {
 
 /// The time between two lines.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
+
+/// If silence ends the frames, a pause of this length ends a frame.
+const IDLE_GAP: Duration = Duration::from_millis(4);
 
 /// The time between two polls of the failsafe, in microseconds, as in the firmware.
 const TICK: u32 = 2_000;
@@ -88,6 +91,8 @@ struct Watch {
     standstill: Standstill,
     polled_at: Duration,
     last_frame: Vec<u8>,
+    /// The time of the last bytes, if silence ends the frames and the pause after these bytes has not been reported.
+    heard_at: Option<Duration>,
     /// The time and the counters of the last report.
     reported_at: Duration,
     before: Counters,
@@ -105,6 +110,7 @@ impl Watch {
             standstill: Standstill::new(TICKS_PER_SECOND, parameters.hold_after),
             polled_at: Duration::ZERO,
             last_frame: Vec::new(),
+            heard_at: None,
             reported_at: Duration::ZERO,
             before: Counters::ZERO,
         }
@@ -113,7 +119,14 @@ impl Watch {
     /// Takes bytes that arrived at this time.
     fn receive(&mut self, now: Duration, bytes: &[u8]) {
         self.advance_to(now);
-        self.line.feed(bytes, |found| {
+        self.step(|line, found| line.feed(bytes, found));
+        let ending_event = self.frame.protocol.description.ending_event();
+        self.heard_at = ending_event.map(|_| now);
+    }
+
+    /// Passes bytes or a line event to the line, and keeps the last frame.
+    fn step(&mut self, step: impl FnOnce(&mut AnyLine, &mut dyn FnMut(Found<&[u8]>))) {
+        step(&mut self.line, &mut |found| {
             if let Some(frame) = found.message() {
                 frame.clone_into(&mut self.last_frame);
                 if let Some(setpoint) = self.frame.protocol.setpoint(frame) {
@@ -123,8 +136,13 @@ impl Watch {
         });
     }
 
-    /// Polls the failsafe as often as a board does. After a long interruption, leaves out the beginning.
+    /// Reports a pause to the receiver, if silence ends the frames. Polls the failsafe as often as a board does. After a
+    /// long interruption, leaves out the beginning.
     fn advance_to(&mut self, now: Duration) {
+        let is_over = |heard: &mut Duration| now.saturating_sub(*heard) >= IDLE_GAP;
+        if self.heard_at.take_if(is_over).is_some() {
+            self.step(|line, found| line.line_event(LineEvent::Idle, found));
+        }
         let earliest = now.saturating_sub(Duration::from_secs(10));
         self.polled_at = self.polled_at.max(earliest);
         let tick = Duration::from_micros(TICK.into());
@@ -259,6 +277,21 @@ mod tests {
         let report = after(&mut watch, 30, 20, FRAME);
         assert!(
             report.contains(": moves slowly to the setpoint"),
+            "{report}"
+        );
+    }
+
+    #[test]
+    fn a_pause_ends_frames_that_silence_ends() {
+        let report = after(
+            &mut watch("modbus-rtu"),
+            10,
+            100,
+            b"\x01\x03\x02\0\0\xB8\x44",
+        );
+        let fields = "discarded 0   length   7   address   1   function   3   data x020000";
+        assert!(
+            report.starts_with("LOCKED       10.0 frames/s") && report.ends_with(fields),
             "{report}"
         );
     }

@@ -71,9 +71,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     })?;
     if arguments.frame.description.ending_event().is_some() {
         // The line is silent after the last byte.
-        let pieces = machines[0].line.line_event(LineEvent::Idle);
-        let events = machines[0].events(&pieces, width);
-        writeln!(out, "{:>23}{events}", "end                0")?;
+        let events = machines[0].events(|line| line.line_event(LineEvent::Idle), width);
+        writeln!(out, "   end                0{events}")?;
     }
     writeln!(out)?;
     let sums: Vec<String> = machines.iter().map(|machine| machine.sum(width)).collect();
@@ -145,14 +144,18 @@ impl Machine {
     /// byte begins a new line.
     fn push(&mut self, byte: u8, width: usize) -> [String; 2] {
         let offset = self.line.decided() + self.line.pending().len();
-        let pieces = self.line.push(byte);
-        let events = self.events(&pieces, width);
+        let events = self.events(|line| line.push(byte), width);
         let start = format!("{offset:>6}  {byte:02X} {:<3}", character(byte));
         [start, format!("  {:>7}{events}", self.line.pending().len())]
     }
 
-    /// Returns the text for these frames and discarded bytes, one per line.
-    fn events(&mut self, pieces: &[Piece], width: usize) -> String {
+    /// Passes a byte or a line event to the line, and returns the text for what happens.
+    fn events(
+        &mut self,
+        step: impl FnOnce(&mut TrackedLine) -> Vec<Piece>,
+        width: usize,
+    ) -> String {
+        let pieces = step(&mut self.line);
         let events: Vec<String> = pieces.iter().map(|piece| self.event(piece)).collect();
         events.join(&format!("\n{:1$}", "", 23 + width))
     }

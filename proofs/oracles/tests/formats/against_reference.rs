@@ -3,8 +3,9 @@
 
 use std::ops::Range;
 
-use framelock::{BufferedReceiver, LineEvent};
-use framelock_formats::{AnyOf, CheckedLayout};
+use framelock::{BufferedReceiver, Format as _, LineEvent};
+use framelock_formats::AnyOf;
+use framelock_formats::layout::{CheckedLayout, Length};
 use framelock_oracles::{FORMATS, Occurred, Stream, StreamStep, broken, cut, faulty, random_frame};
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
@@ -31,7 +32,13 @@ fn every_format() {
             occurred.count_all(&(format.check)(format, &Stream(steps)));
         }
         // All line events are idle gaps.
-        let mut impossible = vec!["break", "framing error", "overrun", "parity error"];
+        let mut impossible = vec![
+            "break",
+            "broken stuffing",
+            "framing error",
+            "overrun",
+            "parity error",
+        ];
         let others = match format.name {
             "SBUS" => "bad header, broken sync, checksum mismatch, too long, unknown message",
             "iBUS" => "bad header, too long, unknown message, wrong terminator",
@@ -52,7 +59,8 @@ fn every_format() {
     }
 }
 
-/// Sends frames, and broken copies of some of them, and then reports a line event. Asserts that each frame is delivered,
+/// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a pause
+/// after each frame, too. Asserts that each frame is delivered,
 /// unless a delivered frame shares bytes with it that does not begin later. Returns how many of the frames are
 /// delivered, and how many share bytes with a delivered one.
 pub(crate) fn whole_frames_are_delivered(
@@ -61,23 +69,33 @@ pub(crate) fn whole_frames_are_delivered(
     event: LineEvent,
     random: &mut ChaCha8Rng,
 ) -> [usize; 2] {
-    let longest = layouts.iter().map(|layout| layout.longest).max();
-    let buffer = vec![0; longest.expect("a layout")];
+    let buffer = vec![0; AnyOf(layouts).longest()];
     let mut receiver = BufferedReceiver::with_buffer(AnyOf(layouts), buffer).expect("it fits");
-    let (mut bytes, mut whole) = (Vec::new(), Vec::new());
-    for frame in frames {
-        if random.random() {
-            bytes.extend(broken(frame, |count| random.random_range(0..count)));
-        }
-        whole.push(bytes.len()..bytes.len() + frame.len());
-        bytes.extend(frame);
-    }
+    let is_silent = layouts
+        .iter()
+        .any(|layout| layout.length == Length::Silence);
     let (mut at, mut delivered) = (0, Vec::new());
     let mut note = |length: usize, is_frame: bool| {
         delivered.extend(is_frame.then_some(at..at + length));
         at += length;
     };
-    receiver.feed(&bytes, |one| note(one.bytes(), one.message().is_some()));
+    let (mut bytes, mut whole) = (Vec::new(), Vec::new());
+    for frame in frames {
+        let start = bytes.len();
+        if random.random() {
+            bytes.extend(broken(frame, |count| random.random_range(0..count)));
+        }
+        whole.push(bytes.len()..bytes.len() + frame.len());
+        bytes.extend(frame);
+        receiver.feed(&bytes[start..], |one| {
+            note(one.bytes(), one.message().is_some());
+        });
+        if is_silent {
+            receiver.line_event(LineEvent::Idle, |one| {
+                note(one.bytes(), one.message().is_some());
+            });
+        }
+    }
     receiver.line_event(event, |one| note(one.bytes(), one.message().is_some()));
     let mut counts = [0; 2];
     for frame in whole {
