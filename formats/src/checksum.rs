@@ -13,8 +13,10 @@ impl Checksum<'_> {
         let (Some(stored), Some(covered)) = (stored, self.covered(frame, length)) else {
             return false;
         };
-        let sum = self.algorithm.of(covered, extra);
-        let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
+        if self.over_hex_digits && !are_pairs_of_digits(covered) {
+            return false;
+        }
+        let sum = self.of(covered, extra);
         let number = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
         let digits = |number: u32, digit: &u8| {
             let digit = char::from(*digit).to_digit(16)?;
@@ -25,7 +27,7 @@ impl Checksum<'_> {
             Encoding::Big => Some(stored.iter().fold(0, number)),
             Encoding::Hex => stored.iter().try_fold(0, digits),
         };
-        stored == Some(sum & u32::MAX >> unused)
+        stored == Some(sum & self.bits())
     }
 
     /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
@@ -36,7 +38,7 @@ impl Checksum<'_> {
         let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
             return false;
         };
-        let sum = self.algorithm.of(covered, extra);
+        let sum = self.of(covered, extra);
         let Some(stored) = frame.get_mut(place) else {
             return false;
         };
@@ -47,6 +49,88 @@ impl Checksum<'_> {
             Encoding::Hex => fill(stored, lowest_first.rev().flat_map(digits)),
         }
         true
+    }
+
+    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
+    /// the frame, only the lowest `n` bytes of the result are valid.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock_formats::layout::Checksum;
+    /// // The negated sum: with it, the sum of all bytes is 0.
+    /// let negated = Checksum { initial: 0xFF, xor_out: 0xFF, ..Checksum::at_the_end(1) };
+    /// assert_eq!(negated.of(&[1, 2], None) & 0xFF, 0xFD);
+    /// ```
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
+        match &self.algorithm {
+            Algorithm::Crc(crc) => {
+                let register = if self.over_hex_digits {
+                    decoded(bytes).fold(crc.start(), |register, byte| crc.update(register, &[byte]))
+                } else {
+                    crc.update(crc.start(), bytes)
+                };
+                crc.result(match extra {
+                    Some(extra) => crc.update(register, &[extra]),
+                    None => register,
+                })
+            }
+            _ if self.over_hex_digits => self.sum(decoded(bytes), extra),
+            _ => self.sum(bytes.iter().copied(), extra),
+        }
+    }
+
+    /// Computes a checksum that is not a CRC.
+    #[inline(always)]
+    fn sum(&self, bytes: impl Iterator<Item = u8>, extra: Option<u8>) -> u32 {
+        let initial = self.initial;
+        let sum = match self.algorithm {
+            Algorithm::Sum => {
+                let add = |sum: u32, byte: u8| sum.wrapping_add(byte.into());
+                bytes.fold(extra.map_or(initial, |extra| add(initial, extra)), add)
+            }
+            Algorithm::Xor => {
+                let xor = |xor: u32, byte: u8| xor ^ u32::from(byte);
+                bytes.fold(extra.map_or(initial, |extra| xor(initial, extra)), xor)
+            }
+            Algorithm::CarrySum => bytes.chain(extra).fold(initial, |sum, byte| self.carried(sum, byte)),
+            Algorithm::SumWords => self.words(bytes.chain(extra)).fold(initial, u32::wrapping_add),
+            Algorithm::XorWords => self.words(bytes.chain(extra)).fold(initial, |xor, word| xor ^ word),
+            Algorithm::Fletcher => fletcher(bytes, extra),
+            // `of` computes CRCs.
+            Algorithm::Crc(_) => 0,
+        };
+        sum ^ self.xor_out
+    }
+
+    /// Adds a byte to a sum, and a carry out of the sum's bits to its lowest bit.
+    #[inline(always)]
+    fn carried(&self, sum: u32, byte: u8) -> u32 {
+        let (next, is_carry) = sum.overflowing_add(byte.into());
+        if is_carry || next > self.bits() {
+            (next & self.bits()).wrapping_add(1)
+        } else {
+            next
+        }
+    }
+
+    /// Returns an iterator over the values that the bytes have in words of 16 bits.
+    #[inline(always)]
+    fn words(&self, bytes: impl Iterator<Item = u8>) -> impl Iterator<Item = u32> {
+        let mut is_upper = self.encoding != Encoding::Little;
+        bytes.map(move |byte| {
+            let value = u32::from(byte) << if is_upper { 8 } else { 0 };
+            is_upper = !is_upper;
+            value
+        })
+    }
+
+    /// Returns the mask of the checksum's bits.
+    #[inline(always)]
+    fn bits(&self) -> u32 {
+        let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
+        u32::MAX >> unused.min(31)
     }
 
     /// Returns the bytes that the checksum covers.
@@ -67,6 +151,22 @@ impl Checksum<'_> {
     }
 }
 
+/// Returns true if the bytes are pairs of hexadecimal digits.
+#[cold]
+fn are_pairs_of_digits(bytes: &[u8]) -> bool {
+    bytes.len() & 1 == 0 && bytes.iter().all(u8::is_ascii_hexdigit)
+}
+
+/// Returns an iterator over the bytes that pairs of hexadecimal digits stand for.
+fn decoded(digits: &[u8]) -> impl Iterator<Item = u8> {
+    let value = |digit: u8| match digit {
+        b'0'..=b'9' => digit & 15,
+        _ => (digit & 15).wrapping_add(9),
+    };
+    let pairs = digits.chunks_exact(2);
+    pairs.map(move |pair| pair.iter().fold(0, |byte, digit| byte << 4 | value(*digit)))
+}
+
 /// Returns the two hexadecimal digits of a byte.
 fn digits(byte: u8) -> [u8; 2] {
     [byte >> 4, byte & 15].map(|digit| match digit {
@@ -83,46 +183,14 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
         .for_each(|(byte, it)| *byte = it);
 }
 
-impl Algorithm<'_> {
-    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
-    /// the frame, only the lowest `n` bytes of the result are valid.
-    #[inline(always)]
-    #[must_use]
-    pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
-        match self {
-            Self::Crc(crc) => {
-                let register = crc.update(crc.start(), bytes);
-                crc.result(match extra {
-                    Some(extra) => crc.update(register, &[extra]),
-                    None => register,
-                })
-            }
-            Self::Sum => sum(bytes, extra),
-            Self::InvertedSum => !sum(bytes, extra),
-            Self::NegatedSum => sum(bytes, extra).wrapping_neg(),
-            Self::Xor => bytes.iter().fold(extra.map_or(0, u32::from), |xor, byte| {
-                xor ^ u32::from(*byte)
-            }),
-            Self::Fletcher => fletcher(bytes, extra),
-        }
-    }
-}
-
-#[inline(always)]
-fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
-    bytes.iter().fold(extra.map_or(0, u32::from), |sum, byte| {
-        sum.wrapping_add((*byte).into())
-    })
-}
-
 /// Computes the Fletcher checksum. The lowest eight bits of the result are the sum of the bytes. After each byte, this
 /// sum is added to a second sum, in the next eight bits.
 #[inline(never)]
-fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
+fn fletcher(bytes: impl Iterator<Item = u8>, extra: Option<u8>) -> u32 {
     // The sums use full registers, because the upper bits never affect the low bytes.
     let (mut a, mut b) = (0_u32, 0_u32);
     for byte in bytes {
-        a = a.wrapping_add((*byte).into());
+        a = a.wrapping_add(byte.into());
         b = b.wrapping_add(a);
     }
     if let Some(extra) = extra {

@@ -41,8 +41,8 @@ impl CheckedLayout<'_> {
         self.0.classify_after(bytes, seen)
     }
 
-    /// Classifies incomplete bytes that a line event follows. A line event completes no frame of a layout, so the
-    /// function rejects the bytes.
+    /// Classifies incomplete bytes that a line event follows. If [silence](Length::Silence) ends the frames, a pause or
+    /// a break completes a frame. Otherwise the function rejects the bytes.
     #[inline(always)]
     #[must_use]
     pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
@@ -62,15 +62,25 @@ impl CheckedLayout<'_> {
 impl Layout<'_> {
     #[inline(always)]
     pub(crate) fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.try_classify(bytes, seen)
-            .unwrap_or_else(|classification| classification)
+        self.classify_at(bytes, seen, false)
     }
 
     #[inline(always)]
-    #[expect(clippy::unused_self, reason = "`classify_by` calls a method")]
     pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
-        let _ = (bytes, event);
+        if matches!(self.length, Length::Silence) && is_silence(event) {
+            let classification = self.classify_at(bytes, 0, true);
+            if !matches!(classification, Classification::Incomplete { .. }) {
+                return classification;
+            }
+        }
         Classification::Rejected(DiscardReason::LineEvent)
+    }
+
+    /// Does the same as [`classify_after`](Self::classify_after). If `is_over`, silence follows the bytes.
+    #[inline(always)]
+    pub(crate) fn classify_at(&self, bytes: &[u8], seen: usize, is_over: bool) -> Classification {
+        self.try_classify(bytes, seen, is_over)
+            .unwrap_or_else(|classification| classification)
     }
 
     #[inline(always)]
@@ -83,12 +93,17 @@ impl Layout<'_> {
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
-    /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
-    /// returns the classification as an error, for use with `?`.
+    /// Does the same as [`classify_at`](Self::classify_at). If the header alone decides the classification, returns the
+    /// classification as an error, for use with `?`.
     #[inline(always)]
-    fn try_classify(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
+    fn try_classify(
+        &self,
+        bytes: &[u8],
+        seen: usize,
+        is_over: bool,
+    ) -> Result<Classification, Classification> {
         let header = self.parse(bytes)?;
-        Ok(match self.frame_of(&header, bytes, seen) {
+        Ok(match self.frame_of(&header, bytes, seen, is_over) {
             Ok(frame) => match self.mismatch(&header, frame) {
                 Some(why) => Classification::Rejected(why),
                 None => Classification::Frame(frame.len()),
@@ -144,7 +159,7 @@ impl Layout<'_> {
         let extra = message.and_then(|message| message.extra);
         let trailer = self.trailer.map_or(0, |trailer| trailer.bytes_after(head));
         let frame = match &self.length {
-            Length::Delimiter => {
+            Length::Delimiter | Length::Silence => {
                 return Ok(Header {
                     length: None,
                     trailer: 0,
@@ -178,16 +193,28 @@ impl Layout<'_> {
         })
     }
 
-    /// Returns the bytes of the frame with this header if the frame is complete. Does not check the rest of the frame.
+    /// Returns the bytes of the frame with this header if the frame is complete. If `is_over`, silence follows the bytes.
+    /// Does not check the rest of the frame.
     #[inline(always)]
     pub(crate) fn frame_of<'a>(
         &self,
         header: &Header,
         bytes: &'a [u8],
         seen: usize,
+        is_over: bool,
     ) -> Result<&'a [u8], Classification> {
         let length = match header.length {
             Some(length) => length,
+            None if matches!(self.length, Length::Silence) => {
+                if bytes.len() > self.longest {
+                    return Err(Classification::Rejected(DiscardReason::TooLong));
+                }
+                if is_over && bytes.len() >= self.shortest {
+                    bytes.len()
+                } else {
+                    self.most_bytes()
+                }
+            }
             None => self.end(bytes, seen)?,
         };
         let at_least = length;
@@ -203,8 +230,8 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        // If the frame has no length field, `end` has already found the terminator.
-        let ends = header.length.is_none() || self.terminator.ends(frame);
+        // If a delimiter ends the frame, `end` has already found it.
+        let ends = matches!(self.length, Length::Delimiter) || self.terminator.ends(frame);
         if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
         }
@@ -216,8 +243,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the index after the first terminator. The first `seen` bytes have been classified as incomplete, so they
-    /// contain no whole terminator.
+    /// Returns the length of the frame that ends with the first terminator and the bytes behind it. The first `seen`
+    /// bytes have been classified as incomplete, so they do not contain this whole frame.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let [other, another] = &self.other_terminators;
@@ -226,7 +253,7 @@ impl Layout<'_> {
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // The search for a terminator has not yet covered the bytes that arrived before the header was complete.
         let seen = if seen >= self.header() { seen } else { 0 };
-        let from = seen.saturating_sub(width.wrapping_sub(1));
+        let from = seen.saturating_sub(width.wrapping_sub(1).wrapping_add(self.behind));
         let from = from.max(self.sync.length);
         let rest = bytes.get(from..).unwrap_or_default();
         let found = if self.content.is_empty() {
@@ -239,10 +266,15 @@ impl Layout<'_> {
         match found {
             Some((place, width)) => {
                 let content = from.wrapping_add(place);
-                if content.wrapping_add(self.terminator.length) < self.shortest {
+                let least = self.terminator.length.wrapping_add(self.behind);
+                if content.wrapping_add(least) < self.shortest {
                     return Err(Classification::Rejected(DiscardReason::BadHeader));
                 }
-                Ok(content.wrapping_add(width))
+                let length = content.wrapping_add(width).wrapping_add(self.behind);
+                if self.behind > 0 && length > self.longest {
+                    return Err(Classification::Rejected(DiscardReason::TooLong));
+                }
+                Ok(length)
             }
             None if bytes.len() >= self.longest => {
                 Err(Classification::Rejected(DiscardReason::WrongTerminator))
@@ -276,6 +308,11 @@ impl Layout<'_> {
         }
         Err(Classification::Rejected(DiscardReason::WrongTerminator))
     }
+}
+
+/// Returns true if the line is silent at this event.
+pub(crate) const fn is_silence(event: LineEvent) -> bool {
+    matches!(event, LineEvent::Idle | LineEvent::Break)
 }
 
 impl Patterns<'_> {

@@ -182,7 +182,7 @@ macro_rules! classify_by {
         $crate::classify_by!($layout, |_format| const { $layout });
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
-        const LONGEST: usize = $longest.layout().longest;
+        const LONGEST: usize = $longest.layout().most_bytes();
 
         #[inline]
         fn classify(&self, bytes: &[u8]) -> $crate::Classification {

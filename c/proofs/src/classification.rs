@@ -5,7 +5,7 @@
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::crsf::Crsf;
 use framelock_formats::ibus::Ibus;
-use framelock_formats::layout::{Algorithm, Checksum, Layout, Length, LengthField, Patterns};
+use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};
 use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1};
 use framelock_formats::nmea::Nmea;
 use framelock_formats::rtcm::Rtcm;
@@ -23,7 +23,7 @@ struct IbusTelemetry;
 /// Returns the checksum rule that iBUS frames of every length share.
 const fn ibus_checksum() -> Checksum<'static> {
     Checksum {
-        algorithm: Algorithm::InvertedSum,
+        xor_out: 0xFFFF,
         ..Checksum::at_the_end(2)
     }
 }

@@ -39,6 +39,8 @@ pub enum Part {
     Checksum,
     /// The terminator.
     Terminator,
+    /// The bytes behind the terminator.
+    Behind,
     /// The content.
     Content,
     /// The other terminators.
@@ -109,7 +111,7 @@ pub(super) const fn least(layout: &Layout) -> usize {
         Length::Delimiter if layout.sync.length == 0 && layout.messages.is_none() => 0,
         _ => layout.header(),
     };
-    let mut from_end = layout.terminator.length;
+    let mut from_end = layout.terminator.length.saturating_add(layout.behind);
     // In a format of fixed length, a position counted from the end is also a fixed position from the start.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
@@ -161,12 +163,22 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
     );
     reject_if!(
-        layout.sync.length == 0 && layout.terminator.length == 0 && layout.checksum.is_none(),
+        layout.sync.length == 0
+            && layout.terminator.length == 0
+            && layout.checksum.is_none()
+            && layout.fixed.is_empty()
+            && !matches!(layout.length, Length::Silence),
         Part::Sync,
-        "sync: nothing tells a frame from noise: give a sync, a checksum or a terminator"
+        "sync: nothing tells a frame from noise: give a sync, fixed bits, a checksum or a terminator"
+    );
+    reject_if!(
+        layout.behind > 0
+            && (!matches!(layout.length, Length::Delimiter) || layout.has_other_terminators()),
+        Part::Behind,
+        "behind: only frames that one delimiter ends can have bytes behind the terminator"
     );
     match &layout.length {
-        Length::Fixed => {}
+        Length::Fixed | Length::Silence => {}
         Length::Delimiter => reject_if!(
             layout.terminator.length == 0,
             Part::Terminator,

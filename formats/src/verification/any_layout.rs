@@ -89,10 +89,11 @@ pub(super) fn any_checksum() -> Checksum<'static> {
     Checksum {
         algorithm: match kani::any::<u8>() {
             0 => Algorithm::Sum,
-            1 => Algorithm::InvertedSum,
-            2 => Algorithm::NegatedSum,
+            1 => Algorithm::CarrySum,
+            2 => Algorithm::SumWords,
             3 => Algorithm::Xor,
-            4 => Algorithm::Fletcher,
+            4 => Algorithm::XorWords,
+            5 => Algorithm::Fletcher,
             _ => Algorithm::Crc(Crc {
                 width: kani::any(),
                 polynomial: kani::any(),
@@ -112,5 +113,8 @@ pub(super) fn any_checksum() -> Checksum<'static> {
         at: kani::any(),
         from: kani::any(),
         to: kani::any(),
+        initial: kani::any(),
+        xor_out: kani::any(),
+        over_hex_digits: kani::any(),
     }
 }

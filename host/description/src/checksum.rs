@@ -8,10 +8,16 @@ use crate::entries::{ChecksumEntry, parsed, parsed_if_any};
 use crate::number::NumberType;
 use crate::problem::{Located, Mistake, UnknownName};
 
+/// The sum whose bits are all inverted.
+const INVERTED: &str = "inverted-sum";
+
+/// The number that gives zero when it is added to the sum.
+const NEGATED: &str = "negated-sum";
+
 const SUMS: &[(&str, Algorithm)] = &[
     ("sum", Algorithm::Sum),
-    ("inverted-sum", Algorithm::InvertedSum),
-    ("negated-sum", Algorithm::NegatedSum),
+    (INVERTED, Algorithm::Sum),
+    (NEGATED, Algorithm::Sum),
     ("xor", Algorithm::Xor),
     ("fletcher-8", Algorithm::Fletcher),
 ];
@@ -112,8 +118,17 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
             return Err(Located::new(span, rule));
         }
     };
+    let is_named = |name| entry.name.as_ref().is_some_and(|it| plain(it.get_ref()) == plain(name));
+    let all_bits = u32::MAX >> (32 - 8 * bytes);
     Ok(Checksum {
         algorithm,
+        initial: if is_named(NEGATED) { all_bits } else { 0 },
+        xor_out: if is_named(INVERTED) || is_named(NEGATED) {
+            all_bits
+        } else {
+            0
+        },
+        over_hex_digits: false,
         bytes,
         encoding,
         at: entry.at,
@@ -144,14 +159,21 @@ mod tests {
 
     fn of(name: &str, bytes: &[u8]) -> u32 {
         let algorithm = named(name).unwrap();
-        let sum = algorithm.of(bytes, None);
+        let of = |algorithm| {
+            let checksum = Checksum {
+                algorithm,
+                ..Checksum::at_the_end(4)
+            };
+            checksum.of(bytes, None)
+        };
+        let sum = of(algorithm);
         if let Algorithm::Crc(crc) = algorithm {
             let table = crc.table_of_words();
             let crc = Crc {
                 table: framelock_formats::layout::Table::Words(&table),
                 ..crc
             };
-            assert_eq!(Algorithm::Crc(crc).of(bytes, None), sum, "{name}");
+            assert_eq!(of(Algorithm::Crc(crc)), sum, "{name}");
         }
         sum
     }
@@ -189,8 +211,6 @@ mod tests {
     fn sums_are_what_they_are_called() {
         let bytes = [0x20, 0x40, 0xFF];
         assert_eq!(of("sum", &bytes), 0x15F);
-        assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
-        assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
         assert_eq!(of("xor", &bytes), 0x9F);
         // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);

@@ -62,6 +62,7 @@ impl Parts {
             }),
             checksum,
             terminator,
+            behind: 0,
             content: &self.content,
             other_terminators,
             trailer: self.trailer,

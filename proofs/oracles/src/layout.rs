@@ -286,14 +286,37 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
     // If the checksum covers nothing, the last covered byte is the one before the first.
     let covered = place(checksum.from, counted)..=place(checksum.to, counted);
     let mut covered = frame[covered].to_vec();
+    if checksum.over_hex_digits {
+        let digits = std::str::from_utf8(&covered).unwrap_or("?");
+        let pairs = (0..digits.len()).step_by(2).map(|at| digits.get(at..at + 2));
+        let decoded = pairs.map(|pair| u8::from_str_radix(pair?, 16).ok());
+        match decoded.collect::<Option<Vec<u8>>>() {
+            Some(decoded) if !digits.contains('+') => covered = decoded,
+            _ => return false,
+        }
+    }
     covered.extend(extra);
-    let sum = covered.iter().map(|&byte| u64::from(byte)).sum::<u64>();
+    let bits = (1 << (8 * checksum.bytes)) - 1;
+    let initial = u64::from(checksum.initial);
+    let order = match checksum.encoding {
+        Encoding::Little => ByteOrder::Little,
+        _ => ByteOrder::Big,
+    };
+    let words = covered.chunks(2).map(|word| match *word {
+        [first] => value(&[first, 0], order),
+        _ => value(word, order),
+    });
+    let bytes = covered.iter().map(|&byte| u64::from(byte));
     let computed = match checksum.algorithm {
         Algorithm::Crc(crc) => remainder(&crc, &covered),
-        Algorithm::Sum => sum,
-        Algorithm::InvertedSum => !sum,
-        Algorithm::NegatedSum => sum.wrapping_neg(),
-        Algorithm::Xor => covered.iter().fold(0, |xor, &byte| xor ^ u64::from(byte)),
+        Algorithm::Sum => initial + bytes.sum::<u64>(),
+        Algorithm::CarrySum => bytes.fold(initial, |sum, byte| {
+            let sum = sum + byte;
+            sum % (bits + 1) + sum / (bits + 1)
+        }),
+        Algorithm::SumWords => initial + words.sum::<u64>(),
+        Algorithm::Xor => bytes.fold(initial, |xor, byte| xor ^ byte),
+        Algorithm::XorWords => words.fold(initial, |xor, word| xor ^ word),
         Algorithm::Fletcher => {
             let (mut low, mut high) = (0, 0);
             for byte in covered {
@@ -304,7 +327,7 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
         }
         algorithm => panic!("unknown: {algorithm:?}"),
     };
-    stored == computed % (1 << (8 * checksum.bytes))
+    stored == (computed ^ u64::from(checksum.xor_out)) & bits
 }
 
 /// Computes a CRC bit by bit, as the catalogue defines it.

@@ -69,8 +69,8 @@ const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
             crc.width.div_ceil(8) as usize
         }
         Algorithm::Xor => 1,
-        Algorithm::Fletcher => 2,
-        Algorithm::Sum | Algorithm::InvertedSum | Algorithm::NegatedSum => checksum.bytes,
+        Algorithm::XorWords | Algorithm::Fletcher => 2,
+        Algorithm::Sum | Algorithm::CarrySum | Algorithm::SumWords => checksum.bytes,
     };
     reject_if!(
         checksum.bytes < 1 || checksum.bytes > 4,

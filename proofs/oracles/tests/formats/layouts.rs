@@ -57,13 +57,14 @@ fn length_field(random: &mut ChaCha8Rng, at: usize) -> LengthField {
 
 fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
     let bytes = random.random_range(1..=4);
-    let (algorithm, bytes) = match random.random_range(0..8) {
+    let (algorithm, bytes) = match random.random_range(0..10) {
         0 => (Algorithm::Sum, bytes),
-        1 => (Algorithm::InvertedSum, bytes),
-        2 => (Algorithm::NegatedSum, bytes),
+        1 => (Algorithm::CarrySum, bytes),
+        2 => (Algorithm::SumWords, bytes),
         3 => (Algorithm::Xor, 1),
-        4 => (Algorithm::Fletcher, 2),
-        5 => (
+        4 => (Algorithm::XorWords, 2),
+        5 => (Algorithm::Fletcher, 2),
+        6 => (
             Algorithm::Crc(Crc {
                 reflected_in: true,
                 reflected_out: true,
@@ -363,7 +364,8 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "checksum after a part of the frame", checksum.is_some_and(|it| it.at < 0 && it.from > 0);
         "checksum that covers the terminator", checksum.is_some_and(|it| it.to == -1 && terminator.length > 0);
         "algorithm" in [
-            Algorithm::Sum, Algorithm::InvertedSum, Algorithm::NegatedSum, Algorithm::Xor, Algorithm::Fletcher,
+            Algorithm::Sum, Algorithm::CarrySum, Algorithm::SumWords, Algorithm::Xor, Algorithm::XorWords,
+            Algorithm::Fletcher,
         ], |one| algorithm == Some(one);
         "MAVLink's CRC", crc.is_some_and(|it| it.polynomial == 0x1021);
         "bits of a CRC modulo 8" in 0..8, |bits| crc.is_some_and(|it| it.width % 8 == bits);
