@@ -239,9 +239,6 @@ struct Reference {
     is_window: bool,
     has_kinds: bool,
     can_fail: bool,
-    /// For each reason, the number of bytes that the buffered receiver discarded at line events. A receiver with a
-    /// window counts all these bytes as `LINE_EVENT`.
-    at_events: [u32; 8],
     /// The Rust receiver with a window. If the format is BIN, this receiver takes the same bytes as the buffered
     /// receiver.
     bin: Option<Line<Receiver<Bin>>>,
@@ -259,7 +256,6 @@ impl Reference {
             has_kinds: case.has_kinds(),
             // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
             can_fail: layouts.any(|it| it.sync.length > 0 || it.checksum.is_some()),
-            at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
     }
@@ -276,20 +272,11 @@ impl Reference {
                 }
             }
             Step::Event(event) => {
-                let before = discarded(self.line.counters());
                 self.line.line_event(EVENTS[usize::from(event)], |found| {
                     if let Some(frame) = found.message() {
                         self.digest.mix_frame(frame.message(), self.has_kinds);
                     }
                 });
-                if self.is_window {
-                    let after = discarded(self.line.counters());
-                    for reason in 0..7 {
-                        let count = after[reason] - before[reason];
-                        self.at_events[reason] += count;
-                        self.at_events[7] = self.at_events[7].wrapping_sub(count);
-                    }
-                }
             }
             Step::Poll => self.poll(),
         }
@@ -314,11 +301,7 @@ impl Reference {
     }
 
     fn counters(&self) -> [u32; 18] {
-        let mut all = numbers(self.line.counters(), self.line.pending());
-        for (count, other) in all[4..12].iter_mut().zip(self.at_events) {
-            *count = count.wrapping_sub(other);
-        }
-        all
+        numbers(self.line.counters(), self.line.pending())
     }
 }
 

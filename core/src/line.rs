@@ -7,6 +7,18 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 ///
+/// # The rule for pending bytes
+/// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered. Every
+/// other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule, so their counters
+/// agree.
+///
+/// Two kinds of bytes have other reasons:
+///
+/// * If the format itself gives another reason ([`Format::classify_before`](crate::Format::classify_before)), the byte
+///   counts with this reason. For example, a frame that ends with a pause may have a wrong checksum.
+/// * [`BufferedReceiver::push`](crate::BufferedReceiver::push) may leave bytes undecided. The receiver first decides about
+///   these bytes, as `feed` would have. So the counters do not depend on whether bytes are pushed or fed.
+///
 /// # From a driver's error
 /// The kind of an event only decides which counter counts it. So a simple conversion is enough:
 ///

@@ -189,4 +189,9 @@ fn event_is_same() {
         frames == 1 && line.counters().discarded.line_event == 1,
         "a frame and a discarded byte"
     );
+    let discarded = &line.counters().discarded;
+    kani::cover!(
+        discarded.line_event == 1 && discarded.no_sync == 1,
+        "an undecided byte that starts no frame, and a byte that waited"
+    );
 }

@@ -2,8 +2,9 @@
 
 use std::ffi::OsStr;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use framelock::LineEvent;
 use framelock::motion::Setpoint;
 use framelock_description::SHIPPED;
 use framelock_description::text::{harmless, quoted};
@@ -54,6 +55,17 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
         roll: demand("roll", roll)?,
         yaw: demand("yaw", yaw)?,
     })
+}
+
+/// Checks that `what` can have the frames of this protocol. If a break begins each frame, `what` must have breaks.
+pub(crate) fn check_breaks(protocol: &Protocol, has_breaks: bool, what: &str) -> Result<()> {
+    let needs_breaks = protocol.description.ending_event() == Some(LineEvent::Break);
+    ensure!(
+        has_breaks || !needs_breaks,
+        "a break begins each packet of {protocol}, and {what} has no breaks: read them with decode or monitor from a \
+         serial port on Unix, and send them from firmware"
+    );
+    Ok(())
 }
 
 /// Returns the shipped description with this name, or reads the description in the file with this name.

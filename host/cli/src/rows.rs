@@ -11,6 +11,7 @@ use framelock_receiving::Protocol;
 use serde_json::{Map, Number, Value};
 
 use crate::input::Input;
+use crate::options::check_breaks;
 
 /// The name of the column or field that contains times.
 const TIME: &str = "time";
@@ -20,7 +21,7 @@ const TIME: &str = "time";
 pub(crate) struct Row {
     /// The due time, if the text has times and times are read.
     pub(crate) time: Option<Duration>,
-    /// The frame with its values.
+    /// The frame with its values, as it is sent.
     pub(crate) frame: Vec<u8>,
 }
 
@@ -40,6 +41,7 @@ pub(crate) fn rows<'a>(
     reads_times: bool,
 ) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
     let name = input.name.clone();
+    check_breaks(frame, false, "the output")?;
     let mut input = BufReader::new(input);
     let (beginning, is_json) = beginning(&mut input)?;
     if beginning.starts_with(b"\xFF\xFE") || beginning.starts_with(b"\xFE\xFF") {
@@ -62,6 +64,9 @@ pub(crate) fn rows<'a>(
             let time = fields.get(TIME).filter(|_| reads_times);
             let time = time.map(seconds).transpose()?;
             let frame = description.encode(&values(&description.columns, &fields)?)?;
+            let frame = description
+                .sent(&frame)
+                .context("no packet has these values")?;
             if !std::mem::replace(&mut is_first, false) {
                 check_order(before, time)?;
             }

@@ -5,12 +5,13 @@ use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
+use framelock::LineEvent;
 use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Input, Spelling, for_each_arrival};
-use crate::options::ProtocolParser;
+use crate::options::{ProtocolParser, check_breaks};
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use crate::view_parts::STATES;
@@ -43,6 +44,7 @@ impl Arguments {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
     fn print(&self, input: Input, out: &mut impl Write) -> Result<()> {
+        check_breaks(&self.frame, false, "the input")?;
         let is_bin = is_bin(&self.frame);
         // The lecture's machine receives only BIN.
         let policies = match self.policy {
@@ -72,6 +74,13 @@ impl Arguments {
             }
             Ok(out.flush()?)
         })?;
+        // The end of the input is a pause, which may complete frames.
+        let rows: Vec<_> = machines.iter_mut().map(Machine::end).collect();
+        if rows.iter().any(|[_, events]| !events.is_empty()) {
+            write_rows(out, &policies, &rows, |[start, end], _| {
+                format!("{start}{end}")
+            })?;
+        }
         writeln!(out)?;
         let rows: Vec<String> = machines.iter().map(Machine::balance).collect();
         write_rows(out, &policies, &rows, |row, name| {
@@ -252,12 +261,32 @@ impl Machine {
         [start, columns + &events.join(GOES_ON)]
     }
 
+    /// Ends the line with a pause if the pause completes a frame, and returns the row of the pause. Otherwise returns an
+    /// empty row.
+    fn end(&mut self) -> [String; 2] {
+        let mut ended = self.line.clone();
+        let pieces = ended.line_event(LineEvent::Idle);
+        if pieces.iter().all(|piece| piece.discarded.is_some()) {
+            return Default::default();
+        }
+        self.line = ended;
+        let events: Vec<String> = pieces
+            .iter()
+            .map(|piece| format!("  {}", self.event(piece)))
+            .collect();
+        [
+            "   end        ".to_owned() + &" ".repeat(8) + "0",
+            events.join(GOES_ON),
+        ]
+    }
+
     /// Returns the text for a frame or for discarded bytes.
     fn event(
         &self,
         Piece {
             from,
             bytes,
+            frame,
             discarded,
         }: &Piece,
     ) -> String {
@@ -265,7 +294,7 @@ impl Machine {
             return format!("discarded {} from offset {from}: {why}", hex::glued(bytes));
         }
         let mut fields = Vec::new();
-        self.frames.append_text(&mut fields, bytes);
+        self.frames.append_text(&mut fields, frame);
         let fields = String::from_utf8_lossy(&fields);
         format!("frame from offset {from}:{fields}")
     }

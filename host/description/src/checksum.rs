@@ -8,18 +8,25 @@ use crate::entries::{ChecksumEntry, parsed, parsed_if_any};
 use crate::number::NumberType;
 use crate::problem::{Located, Mistake, UnknownName};
 
-/// The sum whose bits are all inverted.
-const INVERTED: &str = "inverted-sum";
-
-/// The number that gives zero when it is added to the sum.
-const NEGATED: &str = "negated-sum";
-
 const SUMS: &[(&str, Algorithm)] = &[
     ("sum", Algorithm::Sum),
-    (INVERTED, Algorithm::Sum),
-    (NEGATED, Algorithm::Sum),
+    ("carry-sum", Algorithm::CarrySum),
+    ("sum-words", Algorithm::SumWords),
     ("xor", Algorithm::Xor),
+    ("xor-words", Algorithm::XorWords),
     ("fletcher-8", Algorithm::Fletcher),
+];
+
+/// The names of sums in earlier versions, and the keys that replace them.
+const OLD_SUMS: &[(&str, &str)] = &[
+    (
+        "inverted-sum",
+        "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes",
+    ),
+    (
+        "negated-sum",
+        "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes",
+    ),
 ];
 
 /// Lists entries of the CRC library's catalogue by their names.
@@ -80,6 +87,9 @@ fn plain(name: &str) -> String {
 
 /// Returns the algorithm with this name.
 fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
+    if let Some((_, rule)) = OLD_SUMS.iter().find(|(old, _)| *old == name) {
+        return Err((*rule).into());
+    }
     let alias = aliases().find(|(alias, _)| plain(alias) == plain(name));
     let wanted = plain(alias.map_or(name, |(_, name)| name));
     let crcs = CATALOGUE
@@ -102,9 +112,12 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
     let (bytes, encoding) = parsed(&entry.r#type, encoding)?;
     let algorithm = parsed_if_any(entry.name.as_ref(), named)?;
     let (initial, xor, reflected) = (entry.initial, entry.xor, entry.reflected);
-    let has_parameters = initial.or(xor).is_some() || reflected.is_some();
+    let has_parameters = initial.or(xor).is_some();
+    let is_crc = matches!(algorithm, None | Some(Algorithm::Crc(_)));
     let algorithm = match (algorithm, entry.width, entry.polynomial) {
-        (Some(algorithm), None, None) if !has_parameters => algorithm,
+        (Some(algorithm), None, None) if reflected.is_none() && !(is_crc && has_parameters) => {
+            algorithm
+        }
         (None, Some(width), Some(polynomial)) => Algorithm::Crc(Crc {
             initial: initial.unwrap_or(0),
             reflected_in: reflected.unwrap_or(false),
@@ -113,22 +126,16 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
             ..Crc::new(width, polynomial)
         }),
         _ => {
-            let rule =
-                "give a name, or a CRC's width and polynomial; then initial, reflected and xor";
+            let rule = "give a name, or a CRC's width and polynomial, then initial, reflected and xor; a sum by name may \
+                        have initial and xor";
             return Err(Located::new(span, rule));
         }
     };
-    let is_named = |name| entry.name.as_ref().is_some_and(|it| plain(it.get_ref()) == plain(name));
-    let all_bits = u32::MAX >> (32 - 8 * bytes);
     Ok(Checksum {
         algorithm,
-        initial: if is_named(NEGATED) { all_bits } else { 0 },
-        xor_out: if is_named(INVERTED) || is_named(NEGATED) {
-            all_bits
-        } else {
-            0
-        },
-        over_hex_digits: false,
+        initial: initial.filter(|_| !is_crc).unwrap_or(0),
+        xor_out: xor.filter(|_| !is_crc).unwrap_or(0),
+        over_hex_digits: entry.over.is_some(),
         bytes,
         encoding,
         at: entry.at,

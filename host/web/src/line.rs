@@ -25,6 +25,8 @@ pub(crate) struct Cell {
     pub(crate) begins: bool,
     /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
     pub(crate) ends: usize,
+    /// Whether the sender pauses after the byte.
+    has_pause: bool,
     /// The time at which the byte ends, in milliseconds.
     pub(crate) at: u32,
 }
@@ -46,7 +48,7 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
     let mut cells = if scenario.own.is_empty() {
         sent(&frames(scenario, protocol), protocol)?
     } else {
-        sent(&scenario.own, protocol)?
+        sent(&[scenario.own.clone()], protocol)?
     };
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
@@ -55,23 +57,23 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
 }
 
 /// Returns the frames that the sender sends: frames of setpoints with the scenario's payload, or examples.
-fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<u8> {
+fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<Vec<u8>> {
     let count = scenario.frames as usize;
     if protocol.has_setpoints() {
         let (seed, trial) = (scenario.seed, 0);
         let seed = Seed { seed, trial };
         let frames = transmissions(protocol, scenario.payload, seed, SLOTS_PER_LEG);
-        return frames.take(count).flat_map(|frame| frame.bytes).collect();
+        return frames.take(count).map(|frame| frame.bytes).collect();
     }
-    let mut stream = Vec::new();
-    for frame in examples(&protocol.description, scenario.seed).take(count) {
-        stream.extend(frame);
-        // Frames of the user's own may be long, so limit the stream.
-        if stream.len() > 1 << 16 {
-            break;
-        }
-    }
-    stream
+    let frames = examples(&protocol.description, scenario.seed).take(count);
+    let sent = frames.filter_map(|frame| protocol.description.sent(&frame));
+    // Frames of the user's own may be long, so limit the stream.
+    let mut length = 0;
+    let mut is_short = |frame: &Vec<u8>| {
+        length += frame.len();
+        length < 1 << 17
+    };
+    sent.take_while(|frame| is_short(frame)).collect()
 }
 
 fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
@@ -96,30 +98,50 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 
 /// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
 /// that the receiver finds on a line without faults.
-fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
-    let cells = bytes.iter().map(|&byte| Cell {
-        sent: Some(byte),
-        received: Some(byte),
-        ..Cell::default()
-    });
-    let mut cells: Vec<Cell> = cells.collect();
+fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
+    let is_packet = protocol.description.format().packets().is_some();
+    let mut cells = Vec::new();
+    for frame in frames {
+        cells.extend(frame.iter().map(|&byte| Cell {
+            sent: Some(byte),
+            received: Some(byte),
+            ..Cell::default()
+        }));
+        cells
+            .iter_mut()
+            .last()
+            .into_iter()
+            .for_each(|last| last.has_pause = true);
+    }
     let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
     let mut decided = 0;
     let mut on_outcome = |found: Found<&[u8]>| {
         if let Found::Frame { length, .. } = found {
             cells[decided].begins = true;
-            cells[decided + length - 1].ends = length;
+            let last = &mut cells[decided + length - 1];
+            last.ends = length;
+            // The closing delimiter of a packet follows without a pause.
+            last.has_pause |= !is_packet;
         }
         decided += found.bytes();
     };
-    receiver.feed(bytes, &mut on_outcome);
+    let ending_event = protocol.description.ending_event();
+    for frame in frames {
+        // A break stands before a packet and after it. A pause is only after a frame.
+        for bytes in [&[][..], frame] {
+            receiver.feed(bytes, &mut on_outcome);
+            if let Some(event) = ending_event {
+                receiver.line_event(event, &mut on_outcome);
+            }
+        }
+    }
     // The line ends after the last byte.
     receiver.line_event(LineEvent::Idle, on_outcome);
     let mut now = 0;
     for cell in &mut cells {
         now += BYTE;
         cell.at = u32::try_from(now / 1_000).expect("the line is short");
-        now += if cell.ends > 0 { PAUSE } else { 0 };
+        now += if cell.has_pause { PAUSE } else { 0 };
     }
     Ok(cells)
 }

@@ -11,6 +11,10 @@ pub(crate) const MOST: usize = 64;
 /// Returns the names of the bytes of a frame that begins with `bytes`. A name is empty where the
 /// bytes so far do not determine it.
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
+    if description.format().packets().is_some() {
+        // The stuffing moves the bytes of a packet.
+        return Vec::new();
+    }
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {
         let classification = kind.layout().classify(bytes);
@@ -41,7 +45,7 @@ fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<St
     let is_fixed = layout.length == Length::Fixed;
     // Whether the frame's length is known. Without the length, the positions of parts that are
     // counted from the frame's end are unknown.
-    let is_known = is_fixed || bytes.len() >= header && layout.length != Length::Delimiter;
+    let is_known = is_fixed || bytes.len() >= header && matches!(layout.length, Length::Field(_));
     let whole = match classification {
         _ if is_fixed => layout.longest,
         Classification::Incomplete { at_least } => at_least.max(header),

@@ -1,6 +1,7 @@
 //! Runs the machines along the line from the beginning to any position.
 
 use anyhow::Result;
+use framelock::LineEvent;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -167,7 +168,11 @@ impl Run {
             self.carry(state, place, cell);
         } else {
             state.now += SILENT_STEP;
-            state.idle();
+            match self.protocol.description.ending_event() {
+                // The next break ends the last packet.
+                Some(LineEvent::Break) => state.event(LineEvent::Break),
+                _ => state.idle(),
+            }
         }
         for machine in &mut state.machines {
             machine.poll(state.now);
@@ -178,9 +183,16 @@ impl Run {
     fn carry(&self, state: &mut State, place: usize, cell: &Cell) {
         let is_as_sent = cell.sent.is_some() && cell.sent == cell.received;
         state.as_sent = if is_as_sent { state.as_sent + 1 } else { 0 };
+        if cell.begins && self.protocol.description.ending_event() == Some(LineEvent::Break) {
+            state.event(LineEvent::Break);
+        }
         if let Some(byte) = cell.received {
             state.idle();
-            state.idle_at = self.scenario.idle.then_some(cell.at + IDLE_AFTER);
+            let has_gap_rule = match self.protocol.description.ending_event() {
+                None => self.scenario.idle,
+                ending_event => ending_event == Some(LineEvent::Idle),
+            };
+            state.idle_at = has_gap_rule.then_some(cell.at + IDLE_AFTER);
             let whole = (1..=state.as_sent)
                 .contains(&cell.ends)
                 .then_some(cell.ends);
@@ -195,7 +207,14 @@ impl State {
     /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
         if self.idle_at.take_if(|at| *at < self.now).is_some() {
-            self.machines.iter_mut().for_each(Machine::idle);
+            self.event(LineEvent::Idle);
         }
+    }
+
+    /// Reports a line event to the machines.
+    fn event(&mut self, event: LineEvent) {
+        self.machines
+            .iter_mut()
+            .for_each(|machine| machine.line_event(event));
     }
 }
