@@ -46,7 +46,7 @@ impl CheckedLayout<'_> {
                 };
                 let frame = buffer.get_mut(..whole).unwrap_or_default();
                 self.write(frame);
-                match self.classify(frame) {
+                match self.0.classify_at(frame, 0, true) {
                     Classification::Frame(all) if all == whole => {
                         return Ok(buffer.get_mut(..whole).unwrap_or_default());
                     }

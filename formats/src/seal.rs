@@ -21,7 +21,7 @@ impl CheckedLayout<'_> {
 impl Layout<'_> {
     pub(crate) fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
-        self.classify_after(frame, 0) == Classification::Frame(frame.len())
+        self.classify_at(frame, 0, true) == Classification::Frame(frame.len())
     }
 
     pub(crate) fn write(&self, frame: &mut [u8]) {
