@@ -1,5 +1,6 @@
 //! A kind's layout as plain data, from which the templates make code.
 
+use framelock::{Codes, Stuffing};
 use framelock_formats::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, LengthField, Messages, Number,
     Patterns,
@@ -37,6 +38,35 @@ pub(crate) fn value(layout: &CheckedLayout) -> Value {
         messages => layout.messages.as_ref().map(messages),
         checksum => layout.checksum.as_ref().map(checksum),
         trailer => layout.trailer.as_ref().map(|it| trailer(it, layout)),
+    }
+}
+
+/// Returns the template values for the stuffing of packets.
+pub(crate) fn packets(stuffing: Stuffing) -> Value {
+    match stuffing {
+        Stuffing::Escape {
+            delimiter,
+            escape,
+            codes: Codes::Xor(xor),
+        } => {
+            context! { kind => "escape", delimiter, escape, xor }
+        }
+        Stuffing::Escape {
+            delimiter,
+            escape,
+            codes:
+                Codes::Pair {
+                    delimiter: delimiter_code,
+                    escape: escape_code,
+                },
+        } => {
+            context! { kind => "escape", delimiter, escape, xor => (), delimiter_code, escape_code }
+        }
+        Stuffing::Cobs => context! { kind => "cobs", delimiter => 0 },
+        Stuffing::Doubled { escape, start, end } => {
+            context! { kind => "doubled", escape, start, end }
+        }
+        Stuffing::Break => context! { kind => "break" },
     }
 }
 
