@@ -263,15 +263,18 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// pending, and the next byte begins a packet. With [`Stuffing::Break`], [`LineEvent::Break`] is the delimiter. It
     /// delivers or rejects the packet before it.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
-        let is_delimiter = event == LineEvent::Break && self.format.stuffing() == Stuffing::Break;
-        let is_fresh = self.length == 0 && self.unstuffing == Unstuffing::NEW;
-        if is_delimiter {
+        let stuffing = self.format.stuffing();
+        let follows_delimiter = self.is_open
+            && self.length == 0
+            && self.unstuffing == Unstuffing::NEW
+            && !matches!(stuffing, Stuffing::Doubled { .. });
+        if event == LineEvent::Break && stuffing == Stuffing::Break {
             let whole = self.close(&mut |count, why| found(Found::discarded(count, why)));
             if let Some(Whole { received, length }) = whole {
                 found(Found::frame(received, self.frame(length)));
             }
             self.open();
-        } else if !(event == LineEvent::Idle && is_fresh && self.is_open) {
+        } else if event != LineEvent::Idle || !follows_delimiter {
             let why = DiscardReason::LineEvent;
             self.discard_all_but(0, why, &mut |count, why| {
                 found(Found::discarded(count, why));

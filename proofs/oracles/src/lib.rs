@@ -24,6 +24,7 @@ mod framing;
 mod layout;
 mod line;
 mod outcome;
+mod packets;
 mod parser;
 mod random;
 mod reader;
@@ -39,6 +40,7 @@ pub use framing::{AnyFormat, framing};
 pub use layout::{LONGEST, interpret, layouts};
 pub use line::{ByteFaults, FaultRates, broken, cut, faulty};
 pub use outcome::Occurred;
+pub use packets::{AnyPackets, PacketCheck, Packets, packets};
 pub use parser::parser;
 pub use random::{Occurrences, Purpose, Seed, whole};
 pub use reader::reader;
@@ -54,7 +56,7 @@ pub type Target = fn(&[u8], &mut Occurred);
 
 /// All targets by name, except `description`. This target needs the code of descriptions, so only the tests of
 /// descriptions run it.
-pub const TARGETS: [(&str, Target); 6] = [
+pub const TARGETS: [(&str, Target); 7] = [
     ("parser", |bytes, occurred| {
         count_lines(bytes, parser, occurred);
     }),
@@ -82,6 +84,9 @@ pub const TARGETS: [(&str, Target); 6] = [
     }),
     ("framing", |bytes, occurred| {
         count_lines(bytes, framing, occurred);
+    }),
+    ("packets", |bytes, occurred| {
+        count_lines(bytes, packets, occurred);
     }),
     ("formats", |bytes, occurred| {
         let counters = structured(bytes, |line: &FormatLine| (line.format.name, formats(line)));
