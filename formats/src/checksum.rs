@@ -64,66 +64,61 @@ impl Checksum<'_> {
     #[inline(always)]
     #[must_use]
     pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
-        match &self.algorithm {
+        let sum = match &self.algorithm {
             Algorithm::Crc(crc) => {
-                let register = if self.over_hex_digits {
-                    decoded(bytes).fold(crc.start(), |register, byte| crc.update(register, &[byte]))
-                } else {
-                    crc.update(crc.start(), bytes)
-                };
+                let register = crc.update(crc.start(), bytes);
                 crc.result(match extra {
                     Some(extra) => crc.update(register, &[extra]),
                     None => register,
                 })
             }
-            _ if self.over_hex_digits => self.sum(decoded(bytes), extra),
-            _ => self.sum(bytes.iter().copied(), extra),
-        }
-    }
-
-    /// Computes a checksum that is not a CRC.
-    #[inline(always)]
-    fn sum(&self, bytes: impl Iterator<Item = u8>, extra: Option<u8>) -> u32 {
-        let initial = self.initial;
-        let sum = match self.algorithm {
-            Algorithm::Sum => {
-                let add = |sum: u32, byte: u8| sum.wrapping_add(byte.into());
-                bytes.fold(extra.map_or(initial, |extra| add(initial, extra)), add)
-            }
-            Algorithm::Xor => {
-                let xor = |xor: u32, byte: u8| xor ^ u32::from(byte);
-                bytes.fold(extra.map_or(initial, |extra| xor(initial, extra)), xor)
-            }
-            Algorithm::CarrySum => bytes.chain(extra).fold(initial, |sum, byte| self.carried(sum, byte)),
-            Algorithm::SumWords => self.words(bytes.chain(extra)).fold(initial, u32::wrapping_add),
-            Algorithm::XorWords => self.words(bytes.chain(extra)).fold(initial, |xor, word| xor ^ word),
             Algorithm::Fletcher => fletcher(bytes, extra),
-            // `of` computes CRCs.
-            Algorithm::Crc(_) => 0,
+            Algorithm::Sum if !self.over_hex_digits => {
+                let first = self.initial.wrapping_add(extra.map_or(0, u32::from));
+                let add = |sum: u32, byte: &u8| sum.wrapping_add((*byte).into());
+                bytes.iter().fold(first, add)
+            }
+            Algorithm::Xor if !self.over_hex_digits => {
+                let first = self.initial ^ extra.map_or(0, u32::from);
+                bytes.iter().fold(first, |xor, byte| xor ^ u32::from(*byte))
+            }
+            _ => self.rare_sum(bytes, extra),
         };
         sum ^ self.xor_out
     }
 
-    /// Adds a byte to a sum, and a carry out of the sum's bits to its lowest bit.
-    #[inline(always)]
-    fn carried(&self, sum: u32, byte: u8) -> u32 {
-        let (next, is_carry) = sum.overflowing_add(byte.into());
+    /// Computes a sum or an XOR that few protocols have: with carry, of words, or over hexadecimal digits.
+    #[inline(never)]
+    fn rare_sum(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
+        let is_of_words = matches!(self.algorithm, Algorithm::SumWords | Algorithm::XorWords);
+        let mut is_upper = is_of_words && self.encoding != Encoding::Little;
+        let mut sum = self.initial;
+        let mut add = |byte: u8| {
+            let value = u32::from(byte) << if is_upper { 8 } else { 0 };
+            is_upper = is_of_words && !is_upper;
+            sum = match self.algorithm {
+                Algorithm::Xor | Algorithm::XorWords => sum ^ value,
+                Algorithm::CarrySum => self.carried(sum, value),
+                _ => sum.wrapping_add(value),
+            };
+        };
+        if self.over_hex_digits {
+            decoded(bytes).for_each(&mut add);
+        } else {
+            bytes.iter().copied().for_each(&mut add);
+        }
+        extra.into_iter().for_each(add);
+        sum
+    }
+
+    /// Returns the sum of two numbers. A carry out of the checksum's bits is added to the lowest bit.
+    fn carried(&self, sum: u32, value: u32) -> u32 {
+        let (next, is_carry) = sum.overflowing_add(value);
         if is_carry || next > self.bits() {
             (next & self.bits()).wrapping_add(1)
         } else {
             next
         }
-    }
-
-    /// Returns an iterator over the values that the bytes have in words of 16 bits.
-    #[inline(always)]
-    fn words(&self, bytes: impl Iterator<Item = u8>) -> impl Iterator<Item = u32> {
-        let mut is_upper = self.encoding != Encoding::Little;
-        bytes.map(move |byte| {
-            let value = u32::from(byte) << if is_upper { 8 } else { 0 };
-            is_upper = !is_upper;
-            value
-        })
     }
 
     /// Returns the mask of the checksum's bits.
@@ -186,11 +181,11 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
 /// Computes the Fletcher checksum. The lowest eight bits of the result are the sum of the bytes. After each byte, this
 /// sum is added to a second sum, in the next eight bits.
 #[inline(never)]
-fn fletcher(bytes: impl Iterator<Item = u8>, extra: Option<u8>) -> u32 {
+fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
     // The sums use full registers, because the upper bits never affect the low bytes.
     let (mut a, mut b) = (0_u32, 0_u32);
     for byte in bytes {
-        a = a.wrapping_add(byte.into());
+        a = a.wrapping_add((*byte).into());
         b = b.wrapping_add(a);
     }
     if let Some(extra) = extra {

@@ -57,12 +57,23 @@ impl CheckedLayout<'_> {
     }
 }
 
-// MAVLink's formats use these functions of the unchecked layout. If they wrapped a layout that has messages of their own
-// in a `CheckedLayout` for each byte, the compiler would not specialise the code for the layout.
 impl Layout<'_> {
     #[inline(always)]
     pub(crate) fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.classify_at(bytes, seen, false)
+        self.classify_known(self.known(), bytes, seen)
+    }
+
+    /// Does the same as [`classify_after`](Self::classify_after), but the known messages are those of `known`. So the
+    /// layout may be a constant, for which the compiler specialises the code, although its messages are not constant.
+    #[inline(always)]
+    pub(crate) fn classify_known(
+        &self,
+        known: &[KnownMessage],
+        bytes: &[u8],
+        seen: usize,
+    ) -> Classification {
+        self.try_classify(known, bytes, seen, false)
+            .unwrap_or_else(|classification| classification)
     }
 
     #[inline(always)]
@@ -79,7 +90,7 @@ impl Layout<'_> {
     /// Does the same as [`classify_after`](Self::classify_after). If `is_over`, silence follows the bytes.
     #[inline(always)]
     pub(crate) fn classify_at(&self, bytes: &[u8], seen: usize, is_over: bool) -> Classification {
-        self.try_classify(bytes, seen, is_over)
+        self.try_classify(self.known(), bytes, seen, is_over)
             .unwrap_or_else(|classification| classification)
     }
 
@@ -98,11 +109,15 @@ impl Layout<'_> {
     #[inline(always)]
     fn try_classify(
         &self,
+        known: &[KnownMessage],
         bytes: &[u8],
         seen: usize,
         is_over: bool,
     ) -> Result<Classification, Classification> {
-        let header = self.parse(bytes)?;
+        let header = self.header_bytes(bytes)?;
+        let header = self
+            .parse_header(known, header)
+            .map_err(Classification::Rejected)?;
         Ok(match self.frame_of(&header, bytes, seen, is_over) {
             Ok(frame) => match self.mismatch(&header, frame) {
                 Some(why) => Classification::Rejected(why),
@@ -112,10 +127,17 @@ impl Layout<'_> {
         })
     }
 
+    #[inline(always)]
+    pub(crate) fn known(&self) -> &[KnownMessage] {
+        self.messages
+            .as_ref()
+            .map_or(&[], |messages| messages.known)
+    }
+
     /// Parses the header at the beginning of the bytes.
     #[inline(always)]
     pub(crate) fn parse(&self, bytes: &[u8]) -> Result<Header, Classification> {
-        self.parse_header(self.header_bytes(bytes)?)
+        self.parse_header(self.known(), self.header_bytes(bytes)?)
             .map_err(Classification::Rejected)
     }
 
@@ -142,7 +164,11 @@ impl Layout<'_> {
 
     /// Parses a complete header.
     #[inline(always)]
-    pub(crate) fn parse_header(&self, head: &[u8]) -> Result<Header, DiscardReason> {
+    pub(crate) fn parse_header(
+        &self,
+        known: &[KnownMessage],
+        head: &[u8],
+    ) -> Result<Header, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
         if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head, head.len())) {
@@ -151,7 +177,7 @@ impl Layout<'_> {
         let message = match &self.messages {
             Some(messages) => Some(
                 messages
-                    .message(head)
+                    .message(known, head)
                     .ok_or(DiscardReason::UnknownMessage)?,
             ),
             None => None,
@@ -365,10 +391,10 @@ impl Number {
 
 impl Messages<'_> {
     #[inline(always)]
-    fn message(&self, header: &[u8]) -> Option<KnownMessage> {
+    fn message(&self, known: &[KnownMessage], header: &[u8]) -> Option<KnownMessage> {
         let number = self.number.read(header);
-        let place = self.known.binary_search_by_key(&number, |it| it.number);
-        self.known.get(place.ok()?).copied()
+        let place = known.binary_search_by_key(&number, |it| it.number);
+        known.get(place.ok()?).copied()
     }
 }
 
@@ -389,6 +415,6 @@ impl FixedBits {
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));
-        byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
+        byte.is_some_and(|byte| byte & self.mask == self.value)
     }
 }

@@ -261,6 +261,12 @@ impl<'a> Layout<'a> {
         self.terminator.each().chain(others)
     }
 
+    /// Returns the index of the terminator in a frame that ends with the [`terminator`](Self::terminator).
+    pub(crate) const fn terminator_at(&self, length: usize) -> usize {
+        let end = self.terminator.length.saturating_add(self.behind);
+        length.saturating_sub(end)
+    }
+
     #[inline(always)]
     const fn has_other_terminators(&self) -> bool {
         let [other, another] = &self.other_terminators;

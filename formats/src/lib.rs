@@ -87,6 +87,7 @@
 //! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
+//! | Modbus RTU | [`modbus`] | 256 | CRC-16, and the pause after the frame | MODBUS over Serial Line V1.02 |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
 //! All formats in the table except `SixAxes` are [`Format`](framelock::Format)s for a
@@ -150,6 +151,7 @@ pub mod gnss;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;
+pub mod modbus;
 pub mod motion;
 pub mod nmea;
 pub mod rtcm;

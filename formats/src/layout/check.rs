@@ -7,7 +7,7 @@ use core::fmt;
 
 use super::{Layout, Length, Number, Patterns, index, larger};
 use checksum::check_checksum;
-use content::{check_content, check_content_of_parts};
+use content::check_content;
 
 /// A contradiction between the parts of a [`Layout`](super::Layout). The message says which part is wrong, and how to
 /// correct it.
@@ -92,16 +92,8 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     try_step!(check_content(layout));
     try_step!(check_bounds(layout));
     try_step!(check_fixed_bits(layout));
-    if let Some(trailer) = &layout.trailer {
-        let has_room = layout.shortest.saturating_add(trailer.bytes) <= layout.longest;
-        reject_if!(
-            !has_room,
-            Part::Trailer,
-            "trailer: the shortest frame with a trailer is longer than longest: raise longest"
-        );
-    }
-    try_step!(check_positions(layout, layout.shortest));
-    check_positions(layout, without_trailer(layout))
+    try_step!(check_checksum(layout, layout.shortest));
+    check_checksum(layout, without_trailer(layout))
 }
 
 /// Returns the minimum number of bytes in a frame: the header, and the parts that are counted from the end.
@@ -156,12 +148,6 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         Part::OtherTerminators,
         "other terminators: the bytes must be one pattern or more, each of the given length"
     );
-    let end = layout.terminator.length;
-    reject_if!(
-        layout.has_other_terminators() && (other.length == end || another.length == end),
-        Part::OtherTerminators,
-        "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
-    );
     reject_if!(
         layout.sync.length == 0
             && layout.terminator.length == 0
@@ -184,19 +170,11 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             Part::Terminator,
             "terminator: a delimiter ends each frame, but there is no terminator: give one"
         ),
-        Length::Field(field) => {
-            reject_if!(
-                !is_number(&field.number),
-                Part::Length,
-                "length: the length field must have 1 to 4 bytes"
-            );
-            reject_if!(
-                field.mask & all_bits(&field.number) == 0 || field.factor == 0,
-                Part::Length,
-                "length: with this mask or factor every length is the same: neither may be 0, and the mask needs \
-                 bits that the number has"
-            );
-        }
+        Length::Field(field) => reject_if!(
+            !is_number(&field.number),
+            Part::Length,
+            "length: the length field must have 1 to 4 bytes"
+        ),
     }
     if let Some(messages) = &layout.messages {
         reject_if!(
@@ -204,19 +182,7 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             Part::Messages,
             "messages: the number must have 1 to 4 bytes"
         );
-        reject_if!(
-            messages.known.is_empty(),
-            Part::Messages,
-            "messages: none are known: list them, or leave messages out"
-        );
         let mut rest = messages.known;
-        if let [smallest, ..] = rest {
-            reject_if!(
-                smallest.number & !all_bits(&messages.number) != 0,
-                Part::Messages,
-                "messages: no known number fits into its bytes"
-            );
-        }
         while let [one, others @ ..] = rest {
             if let [next, ..] = others {
                 reject_if!(
@@ -228,29 +194,17 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             rest = others;
         }
     }
-    if let Some(trailer) = &layout.trailer {
-        reject_if!(
-            trailer.mask == 0 || trailer.bytes == 0,
-            Part::Trailer,
-            "trailer: it must have 1 byte or more, and a mask that is not 0 for the bits that announce it"
-        );
-        reject_if!(
-            !matches!(layout.length, Length::Field(_)),
-            Part::Trailer,
-            "trailer: only frames with a length field can have a trailer"
-        );
-    }
+    reject_if!(
+        layout.trailer.is_some() && !matches!(layout.length, Length::Field(_)),
+        Part::Trailer,
+        "trailer: only frames with a length field can have a trailer"
+    );
     Ok(())
 }
 
 /// Checks the lengths of the shortest and the longest frame.
 pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     let (shortest, longest) = (layout.shortest, layout.longest);
-    reject_if!(
-        longest == 0,
-        Part::Longest,
-        "longest: it is 0: give the number of bytes in the longest frame"
-    );
     let is_fixed = matches!(layout.length, Length::Fixed);
     reject_if!(
         is_fixed && longest < least(layout),
@@ -284,31 +238,19 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     Ok(())
 }
 
-/// Checks that every frame contains the bytes of the fixed bits, and that the masks and values are valid.
+/// Checks that every frame contains the bytes of the fixed bits.
 const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
     let (mut number, mut rest) = (0_usize, layout.fixed);
     while let [bits, others @ ..] = rest {
-        let part = Part::Fixed(number);
-        reject_if!(
-            bits.mask == 0 || bits.value & !bits.mask != 0,
-            part,
-            "fixed: the mask is 0, or the value has bits outside the mask"
-        );
         let is_inside = matches!(index(bits.at, layout.shortest), Some(at) if at < layout.shortest);
         reject_if!(
             !is_inside,
-            part,
+            Part::Fixed(number),
             "fixed: the shortest frame has no byte at this offset: give a greater shortest"
         );
         (number, rest) = (number.wrapping_add(1), others);
     }
     Ok(())
-}
-
-/// Checks the positions of the parts in a frame of `length` bytes.
-const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradiction> {
-    try_step!(check_checksum(layout, length));
-    check_content_of_parts(layout, length)
 }
 
 /// Returns the length of the longest frame without a trailer.

@@ -149,7 +149,7 @@ pub struct FixedBits {
     pub at: i16,
     /// The bits of the byte that are fixed.
     pub mask: u8,
-    /// The values of these bits.
+    /// The values of these bits. The other bits must be 0.
     pub value: u8,
 }
 

@@ -37,7 +37,7 @@ pub use faults::{FaultyLine, faults};
 pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
-pub use layout::{LONGEST, interpret, layouts};
+pub use layout::{LONGEST, interpret, interpret_before, layouts};
 pub use line::{ByteFaults, FaultRates, broken, cut, faulty};
 pub use outcome::Occurred;
 pub use packets::{AnyPackets, PacketCheck, Packets, packets};
