@@ -257,8 +257,8 @@ COBS_FUNCTION size_t cobs_encode(const cobs_message *message, uint8_t *frame, si
     if (message->packet_length > 1024U) {
         return 0U;
     }
-    if ((size < ((size_t)0U + message->packet_length))) {
-        size = (size_t)0U + message->packet_length;
+    if ((size < message->packet_length)) {
+        size = message->packet_length;
     }
     length = (uint16_t)size;
     if ((size > 1024U) || (room < size)) {
@@ -371,9 +371,6 @@ static inline bool cobs_close(cobs_receiver *receiver, cobs_message *message)
     outcome = cobs_classify(receiver->buffer, receiver->length, 0U, &number);
     if (outcome == COBS_INCOMPLETE) {
         outcome = cobs_classify_before(receiver->buffer, receiver->length, COBS_IDLE_LINE, &number);
-        if (outcome == COBS_LINE_EVENT) {
-            outcome = COBS_BROKEN_STUFFING; /* the delimiter came too early */
-        }
     }
     return cobs_decide(receiver, outcome, number, message);
 }

@@ -245,8 +245,8 @@ SLIP_FUNCTION size_t slip_encode(const slip_message *message, uint8_t *frame, si
     if (message->packet_length > 1006U) {
         return 0U;
     }
-    if ((size < ((size_t)0U + message->packet_length))) {
-        size = (size_t)0U + message->packet_length;
+    if ((size < message->packet_length)) {
+        size = message->packet_length;
     }
     length = (uint16_t)size;
     if ((size > 1006U) || (room < size)) {
@@ -358,9 +358,6 @@ static inline bool slip_close(slip_receiver *receiver, slip_message *message)
     outcome = slip_classify(receiver->buffer, receiver->length, 0U, &number);
     if (outcome == SLIP_INCOMPLETE) {
         outcome = slip_classify_before(receiver->buffer, receiver->length, SLIP_IDLE_LINE, &number);
-        if (outcome == SLIP_LINE_EVENT) {
-            outcome = SLIP_BROKEN_STUFFING; /* the delimiter came too early */
-        }
     }
     return slip_decide(receiver, outcome, number, message);
 }

@@ -24,6 +24,7 @@ pub(crate) fn value(layout: &CheckedLayout) -> Value {
         header,
         shortest => layout.shortest,
         longest => layout.longest,
+        most_bytes => layout.most_bytes(),
         is_fixed => layout.length == Length::Fixed,
         is_delimited => layout.length == Length::Delimiter,
         is_silent => layout.length == Length::Silence,
