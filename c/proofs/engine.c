@@ -135,11 +135,11 @@ static void any_clear(void *object, size_t size)
 static any_receiver receiver;
 static any_message message;
 
-/* The engine never sets `ask_at` to `from + 1`. In Rust this value means that a line event is being handled. */
+/* The engine never sets `ask_at` to 1. In Rust this value means that a line event is being handled. */
 static bool invariant(void)
 {
     return (receiver.from <= receiver.to) && (receiver.to <= ANY_ROOM) && (receiver.to - receiver.from < (int)ANY_LONGEST) &&
-        (receiver.ask_at <= receiver.from + ANY_LONGEST) && (receiver.ask_at != receiver.from + 1U);
+        (receiver.ask_at <= receiver.from + ANY_LONGEST) && (receiver.ask_at != 1U);
 }
 
 /* Returns the number of bytes in frames plus the number of discarded bytes. */

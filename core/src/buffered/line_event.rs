@@ -2,8 +2,8 @@
 //!
 //! The rule begins with the first byte about which the format answers `Incomplete`: the byte that waited. From this byte
 //! on, all dropped bytes have the reason [`DiscardReason::LineEvent`], until nothing is pending. Between two steps,
-//! `ask_at == from + 1` means that the rule has begun. At all other times `ask_at` has another value, because a format
-//! that needs more bytes asks for at least two.
+//! `ask_at == 1` means that the rule has begun. At all other times `ask_at` is 0 or greater than 1, because a format that
+//! needs more bytes asks for at least two.
 
 use super::BufferedReceiver;
 use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent};
@@ -63,16 +63,16 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
                 one => one,
             });
         });
+        has_begun |= !is_decided;
+        if has_begun {
+            self.ask_at = 1;
+        }
         if !is_decided && self.pending() > 0 {
             self.end_first(event, found);
-            has_begun = true;
         }
         if self.pending() == 0 {
             self.reset();
             return false;
-        }
-        if has_begun {
-            self.ask_at = self.from.wrapping_add(1);
         }
         true
     }
@@ -80,7 +80,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Returns whether the rule has begun at an earlier step.
     #[inline]
     pub(super) const fn has_rule_begun(&self) -> bool {
-        self.ask_at == self.from.wrapping_add(1)
+        self.ask_at == 1
     }
 
     /// Decides about the first pending byte, given that the event follows the pending bytes. At least one byte must be
