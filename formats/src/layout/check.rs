@@ -92,6 +92,13 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     try_step!(check_content(layout));
     try_step!(check_bounds(layout));
     try_step!(check_fixed_bits(layout));
+    if let Some(trailer) = &layout.trailer {
+        reject_if!(
+            layout.shortest.saturating_add(trailer.bytes) > layout.longest,
+            Part::Trailer,
+            "trailer: the shortest frame with a trailer is longer than longest: raise longest"
+        );
+    }
     try_step!(check_checksum(layout, layout.shortest));
     check_checksum(layout, without_trailer(layout))
 }
@@ -170,11 +177,19 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             Part::Terminator,
             "terminator: a delimiter ends each frame, but there is no terminator: give one"
         ),
-        Length::Field(field) => reject_if!(
-            !is_number(&field.number),
-            Part::Length,
-            "length: the length field must have 1 to 4 bytes"
-        ),
+        Length::Field(field) => {
+            reject_if!(
+                !is_number(&field.number),
+                Part::Length,
+                "length: the length field must have 1 to 4 bytes"
+            );
+            reject_if!(
+                field.mask & all_bits(&field.number) == 0 || field.factor == 0,
+                Part::Length,
+                "length: with this mask or factor every length is the same: neither may be 0, and the mask needs \
+                 bits that the number has"
+            );
+        }
     }
     if let Some(messages) = &layout.messages {
         reject_if!(
@@ -194,11 +209,14 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             rest = others;
         }
     }
-    reject_if!(
-        layout.trailer.is_some() && !matches!(layout.length, Length::Field(_)),
-        Part::Trailer,
-        "trailer: only frames with a length field can have a trailer"
-    );
+    if let Some(trailer) = &layout.trailer {
+        let is_announced = trailer.mask != 0 && matches!(layout.length, Length::Field(_));
+        reject_if!(
+            !is_announced || trailer.bytes == 0,
+            Part::Trailer,
+            "trailer: only frames with a length field can have one, of 1 byte or more, which a mask announces"
+        );
+    }
     Ok(())
 }
 

@@ -79,12 +79,12 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no byte at this offset: give a greater shortest
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = { x = 1 } } => 3:43: known messages are "common"
     sync = "24"\nlength = 9\ntrailer = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:11: trailer: only frames with a length field
-    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it must have 1 byte or more, and a mask
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: only frames with a length field
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 1, bytes = 8 } => 4:11: trailer: the shortest frame with a trailer
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: shortest: a frame of this length has no room for its header
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no frame can be made
-    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
-    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
+    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: no frame can be made
+    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no frame can be made
     sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 3:30: a overlaps the sync
     sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 4:30: a overlaps the terminator
     sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:139: fixed: no frame can be made
