@@ -16,11 +16,10 @@ use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::line_errors::{Marking, Marks};
-use crate::options::{ProtocolParser, check_breaks, whole};
+use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note};
 use crate::process::{on_interrupt, time_of_day};
-use crate::serial::{Device, PortOptions};
+use crate::serial::PortOptions;
 use summary::Summary;
 
 /// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
@@ -104,11 +103,11 @@ impl OutputFormat {
     }
 }
 
-/// The input of a decoder's step: bytes, a line event, or the end of the input.
+/// The input of a decoder's step: bytes, a pause, or the end of the input.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
-    Event(LineEvent),
+    Silence,
     End,
 }
 
@@ -133,8 +132,6 @@ struct Decoder {
     start: Instant,
     /// The time of the last arrival. `None` if the pause after this arrival has already been reported to the receiver.
     heard: Option<Instant>,
-    /// Marks breaks among the bytes of a port, if breaks begin the frames.
-    marking: Option<(Marking, Marks)>,
     /// The file in which the bytes are recorded.
     recording: Option<Output>,
     /// The output for the summary; `None` if no summary is wanted, or the summary has been written.
@@ -163,7 +160,6 @@ impl Decoder {
             is_live,
             start: Instant::now(),
             heard: None,
-            marking: None,
             recording: options
                 .record
                 .as_deref()
@@ -179,7 +175,10 @@ impl Decoder {
         match arrival {
             Arrival::Bytes(bytes) => {
                 self.heard = self.options.idle_gap.map(|_| Instant::now());
-                self.take_marked(bytes)?;
+                if let Some(recording) = &mut self.recording {
+                    recording.write_all(bytes)?;
+                }
+                self.take(Step::Bytes(bytes))?;
                 let tried = bytes.len().min(hints::TRIED - self.beginning.len());
                 self.beginning.extend(&bytes[..tried]);
                 let is_enough = self.summary.bytes >= ENOUGH;
@@ -189,40 +188,9 @@ impl Decoder {
             }
             Arrival::Gone(error) => {
                 note(&format!("{}: {error}; waiting for it", time_of_day()));
-                self.marking = None;
-                self.take(Step::Event(LineEvent::Idle))?;
+                self.take(Step::Silence)?;
             }
-            Arrival::Back(device) => {
-                self.mark_breaks(device);
-                note(&format!("{}: the port is back", time_of_day()));
-            }
-        }
-        Ok(())
-    }
-
-    /// Makes the port mark breaks, if breaks begin the frames and the operating system supports this.
-    fn mark_breaks(&mut self, device: &Device) {
-        let Arguments { frame, port, .. } = &self.options;
-        if frame.description.ending_event() == Some(LineEvent::Break) {
-            let marks = Marks::new(port.has_parity());
-            self.marking = Marking::begin(device.clone()).map(|marking| (marking, marks));
-        }
-    }
-
-    /// Takes bytes from the operating system, which may have marks among them.
-    fn take_marked(&mut self, bytes: &[u8]) -> Result<()> {
-        let Some((_, marks)) = &mut self.marking else {
-            return self.take(Step::Bytes(bytes));
-        };
-        let mut received = Vec::new();
-        marks.feed(bytes, |one| received.push(one));
-        for run in received.chunk_by(|one, next| one.is_ok() && next.is_ok()) {
-            match *run {
-                [Err(event)] => self.take(Step::Event(event))?,
-                _ => self.take(Step::Bytes(
-                    &run.iter().copied().flatten().collect::<Vec<u8>>(),
-                ))?,
-            }
+            Arrival::Back(_) => note(&format!("{}: the port is back", time_of_day())),
         }
         Ok(())
     }
@@ -233,7 +201,7 @@ impl Decoder {
         match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
             Some(Duration::ZERO) => {
                 self.heard = None;
-                self.take(Step::Event(LineEvent::Idle))?;
+                self.take(Step::Silence)?;
                 Ok(gap)
             }
             Some(left) => Ok(left),
@@ -265,17 +233,13 @@ impl Decoder {
                 self.rows.clear();
             }
         };
-        if let (Some(recording), Step::Bytes(bytes)) = (&mut self.recording, step) {
-            recording.write_all(bytes)?;
-        }
         match step {
             // Skip the outcomes, because this format writes no frames.
             Step::Bytes(bytes) if format == OutputFormat::None && !is_partial => {
                 self.line.feed(bytes, |_| ());
             }
             Step::Bytes(bytes) => self.line.feed(bytes, on_outcome),
-            Step::Event(event) => self.line.line_event(event, on_outcome),
-            Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
+            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
         }
         self.summary.update(&self.line, matches!(step, Step::End));
         outcome?;
@@ -312,7 +276,7 @@ impl Decoder {
         }
         let protocol = &self.options.frame;
         let cause = match protocol.description.ending_event() {
-            Some(LineEvent::Idle) if self.options.idle_gap.is_none() => {
+            Some(_) if self.options.idle_gap.is_none() => {
                 "silence ends these frames: read a serial port or a live stream, with --idle-gap"
                     .to_owned()
             }
@@ -349,20 +313,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         let text = arguments.frame.text.as_bytes();
         return Ok(arguments.output()?.write_all(text)?);
     }
+    check_has_no_breaks(&arguments.frame)?;
     let mut input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
     input.reconnects = arguments.reconnect;
     arguments.check_times(&input)?;
     let (has_summary, has_gap) = (arguments.summary.is_some(), arguments.idle_gap.is_some());
-    let mut decoder = Decoder::new(arguments, !input.is_file)?;
-    if let Some(port) = &input.port {
-        decoder.mark_breaks(&port.device);
-    }
-    check_breaks(
-        &decoder.options.frame,
-        decoder.marking.is_some(),
-        &input.name,
-    )?;
-    let decoder = Arc::new(Mutex::new(decoder));
+    let decoder = Arc::new(Mutex::new(Decoder::new(arguments, !input.is_file)?));
     if has_summary {
         let decoder = Arc::clone(&decoder);
         on_interrupt(move || std::process::exit(exit_code(lock(&decoder).summarise()).into()))?;

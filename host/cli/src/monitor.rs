@@ -19,7 +19,7 @@ use ratatui::text::Line;
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Arrival, Input, for_each_arrival};
-use crate::options::{ProtocolParser, check_breaks, whole};
+use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::Output;
 use crate::screen::{self, DRAW_EVERY, Screen, key_within, quits};
 use crate::serial::{Device, PortOptions};
@@ -45,10 +45,6 @@ pub(crate) struct Arguments {
     /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
-    /// After a pause of this length, give up the incomplete frame, and show the whole frames among its
-    /// bytes. Needed if silence ends the frames
-    #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole(text, 1, 1_000_000).map(Duration::from_millis))]
-    idle_gap: Option<Duration>,
     /// After a silence of this length, the failsafe holds its output
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
     hold_after: u32,
@@ -60,6 +56,7 @@ pub(crate) struct Arguments {
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
@@ -72,8 +69,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
     watch.title = arguments.title(&input);
-    watch.idle_gap = arguments.idle_gap;
-    check_breaks(&arguments.frame, input.port.is_some(), &input.name)?;
     if let Some(port) = &input.port {
         watch.mark_errors(port.device.clone(), arguments.port.has_parity());
     }

@@ -57,13 +57,12 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
     })
 }
 
-/// Checks that `what` can have the frames of this protocol. If a break begins each frame, `what` must have breaks.
-pub(crate) fn check_breaks(protocol: &Protocol, has_breaks: bool, what: &str) -> Result<()> {
-    let needs_breaks = protocol.description.ending_event() == Some(LineEvent::Break);
+/// Checks that no break begins the frames of this protocol. Neither files nor this program's ports have breaks.
+pub(crate) fn check_has_no_breaks(protocol: &Protocol) -> Result<()> {
     ensure!(
-        has_breaks || !needs_breaks,
-        "a break begins each packet of {protocol}, and {what} has no breaks: read them with decode or monitor from a \
-         serial port on Unix, and send them from firmware"
+        protocol.description.ending_event() != Some(LineEvent::Break),
+        "a break begins each packet of {protocol}, and this command neither sees nor sends breaks: generate a receiver, \
+         and report the breaks to it in the firmware"
     );
     Ok(())
 }

@@ -11,7 +11,7 @@ use framelock_receiving::Protocol;
 use serde_json::{Map, Number, Value};
 
 use crate::input::Input;
-use crate::options::check_breaks;
+use crate::options::check_has_no_breaks;
 
 /// The name of the column or field that contains times.
 const TIME: &str = "time";
@@ -41,7 +41,7 @@ pub(crate) fn rows<'a>(
     reads_times: bool,
 ) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
     let name = input.name.clone();
-    check_breaks(frame, false, "the output")?;
+    check_has_no_breaks(frame)?;
     let mut input = BufReader::new(input);
     let (beginning, is_json) = beginning(&mut input)?;
     if beginning.starts_with(b"\xFF\xFE") || beginning.starts_with(b"\xFE\xFF") {

@@ -11,7 +11,7 @@ use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
 use crate::input::{Input, Spelling, for_each_arrival};
-use crate::options::{ProtocolParser, check_breaks};
+use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use crate::view_parts::STATES;
@@ -44,7 +44,7 @@ impl Arguments {
     /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
     /// not grow with the number of bytes.
     fn print(&self, input: Input, out: &mut impl Write) -> Result<()> {
-        check_breaks(&self.frame, false, "the input")?;
+        check_has_no_breaks(&self.frame)?;
         let is_bin = is_bin(&self.frame);
         // The lecture's machine receives only BIN.
         let policies = match self.policy {

@@ -73,10 +73,6 @@ pub(super) struct Watch {
     is_in_loss: bool,
     is_searching: bool,
     heard_at: Option<Duration>,
-    /// The length of a pause that is reported to the receiver.
-    pub(super) idle_gap: Option<Duration>,
-    /// Whether the pause after the last byte has been reported.
-    is_paused: bool,
     silent_after: Duration,
     /// The decoder of marks among the bytes, if the port reports line errors.
     pub(super) marks: Option<Marks>,
@@ -115,8 +111,6 @@ impl Watch {
             is_in_loss: false,
             is_searching: true,
             heard_at: None,
-            idle_gap: None,
-            is_paused: false,
             silent_after: Duration::from_micros(silent_after.into()),
             marks: None,
             marking: None,
@@ -128,13 +122,6 @@ impl Watch {
     /// Advances to `time`. Ignores a `time` that is earlier than the time reached so far.
     pub(super) fn advance_to(&mut self, time: Duration) {
         self.now = time.max(self.now);
-        if let (Some(gap), Some(heard_at)) = (self.idle_gap, self.heard_at)
-            && self.now.saturating_sub(heard_at) >= gap
-            && !std::mem::replace(&mut self.is_paused, true)
-        {
-            let pieces = self.line.line_event(LineEvent::Idle);
-            self.record(pieces);
-        }
         let counters = *self.line.counters();
         let elapsed = self.now.saturating_sub(self.rates_at);
         if elapsed >= RATES_EVERY {
@@ -180,7 +167,6 @@ impl Watch {
     fn byte(&mut self, at: Duration, byte: u8) {
         self.advance_to(at);
         self.heard_at = Some(self.now);
-        self.is_paused = false;
         let pieces = self.line.push(byte);
         self.record(pieces);
     }

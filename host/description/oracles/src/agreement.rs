@@ -2,7 +2,7 @@
 //! frames and however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with
 //! random descriptions and the fuzz target call these checks.
 
-use framelock::{Format, LineEvent};
+use framelock::{Format, Line, LineEvent, PacketReceiver, Stuffing};
 use framelock_description::Description;
 use framelock_formats::CheckedLayout;
 use framelock_oracles::{Stream, StreamStep, cut, faulty, layouts};
@@ -10,7 +10,6 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, values, with_any_end};
-use crate::packets::check_packets;
 
 /// The length of the longest frame that is checked. The reference is slow with longer frames.
 const LONGEST: usize = 300;
@@ -60,7 +59,7 @@ pub fn agrees_with_the_reference(
         .map(|kind| *kind.layout())
         .collect();
     if let Some(stuffing) = format.packets() {
-        check_packets(description, stuffing, &frames, random);
+        check_packets(description, stuffing, &frames, text, random);
         return frames.len();
     }
     // If silence ends the frames, there are pauses between slices.
@@ -89,4 +88,48 @@ pub fn agrees_with_the_reference(
     let slices = cut(&faulty(&frames, random), random);
     layouts(format, &all, &line(slices, pauses, random));
     frames.len()
+}
+
+/// Asserts that the receiver of packets delivers each frame of a stream that consists of packets only. Also asserts that it
+/// delivers each frame on a faulty line, if a single byte is the delimiter. The oracle `packets` defines what else a
+/// receiver may deliver.
+fn check_packets(
+    description: &Description,
+    stuffing: Stuffing,
+    frames: &[Vec<u8>],
+    text: &str,
+    random: &mut ChaCha8Rng,
+) {
+    let format = description.format();
+    let receive = |chunks: &[Vec<u8>]| {
+        let receiver = PacketReceiver::with_buffer(format.clone(), vec![0; format.longest()]);
+        let (mut line, mut received) = (Line::new(receiver.unwrap()), Vec::new());
+        for bytes in chunks {
+            // A break precedes and follows each packet.
+            for bytes in [&[][..], bytes] {
+                line.feed(bytes, |found| {
+                    received.extend(found.decoded().map(|(_, frame)| frame.to_vec()))
+                });
+                if stuffing == Stuffing::Break {
+                    line.line_event(LineEvent::Break, |found| {
+                        received.extend(found.decoded().map(|(_, frame)| frame.to_vec()));
+                    });
+                }
+            }
+        }
+        (received, line.counters().discarded.total())
+    };
+    let sent: Vec<Vec<u8>> = frames
+        .iter()
+        .map(|frame| description.sent(frame).unwrap())
+        .collect();
+    assert_eq!(receive(&sent), (frames.to_vec(), 0), "{text}");
+    if matches!(stuffing, Stuffing::Escape { .. } | Stuffing::Cobs) {
+        let (received, _) = receive(&[faulty(&sent, random)]);
+        let mut rest = received.iter();
+        assert!(
+            frames.iter().all(|frame| rest.any(|one| one == frame)),
+            "{text}"
+        );
+    }
 }

@@ -238,9 +238,11 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
             at += if kind == "'u8'" { 1 } else { 3 };
         }
     }
-    // Only text can consist of hex digits.
-    let is_text =
-        ["terminator", "silence"].contains(&&*length) && has_sum_of_digits && has_checksum;
+    // Only text after a sync can consist of hex digits.
+    let is_text = ["terminator", "silence"].contains(&&*length)
+        && has_sum_of_digits
+        && has_checksum
+        && !sync.is_empty();
     if has_sum_of_digits && !is_text {
         checksum = CHECKSUMS[0];
     }
@@ -258,7 +260,8 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
         .unwrap();
     }
     let fields = if is_text { &FIELDS[..2] } else { FIELDS };
-    for number in 0..random.random_range(0..5) {
+    let least = if is_text { 1 } else { 0 };
+    for number in 0..random.random_range(least..5) {
         let (length, rest) = *fields.choose(random).unwrap();
         writeln!(
             text,

@@ -11,7 +11,6 @@
 
 mod agreement;
 mod drawn;
-mod packets;
 
 pub use agreement::{agrees_with_the_reference, is_refused_or_agrees};
 pub use drawn::{
