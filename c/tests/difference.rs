@@ -95,6 +95,11 @@ impl Case {
         self.description.format().packets().is_some()
     }
 
+    /// Returns whether only a line event ends a frame.
+    pub(crate) fn needs_events(&self) -> bool {
+        self.description.ending_event().is_some()
+    }
+
     fn has_kinds(&self) -> bool {
         self.description.kinds.len() > 1
     }

@@ -237,12 +237,21 @@ fn figures_are_as_the_page_says() {
             .to_owned();
     // The longest sentence, with a wrong checksum. Only its first byte can begin a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
-    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame.
+    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. `push` delivers no frame of
+    // Modbus RTU, because silence ends it.
     for (name, kind, text, worst) in [
         ("BIN", "bin", shipped("bin").unwrap(), &b"AB"[..]),
         ("CRSF", "crsf", shipped("crsf").unwrap(), &[0xC8, 0x3C]),
         ("UBX of up to 106 bytes", "ubx", SHORT_UBX, &[0xB5, 0x62, 0]),
         ("NMEA", "nmea", shipped("nmea").unwrap(), &long_sentence),
+        ("SLIP", "slip", shipped("slip").unwrap(), &[0xC0, b'A']),
+        ("COBS", "cobs", shipped("cobs").unwrap(), &[0, 2, b'A']),
+        (
+            "Modbus RTU",
+            "modbus-rtu",
+            shipped("modbus-rtu").unwrap(),
+            &[],
+        ),
     ] {
         let case = Case::new(kind, text, CrcTable::Nibbles, 20_000);
         for (what, parts) in [
@@ -263,6 +272,9 @@ fn figures_are_as_the_page_says() {
                 _ => usize::MAX,
             };
             assert!(m4[0] <= limit, "{name}: {} bytes", m4[0]);
+        }
+        if worst.is_empty() {
+            continue;
         }
         let frame = case.longest_frame();
         let [clean, worst] = [&*frame, worst].map(|bytes| {
