@@ -9,3 +9,4 @@ mod any_layout;
 mod any_of;
 mod laws;
 mod no_panic;
+mod silence;

@@ -29,13 +29,15 @@ impl<const F: usize, const M: usize> Parts<F, M> {
         }
     }
 
-    /// Returns an arbitrary layout with some or all of these parts, but without a sync, a terminator or a checksum.
+    /// Returns an arbitrary layout with some or all of these parts, but without a sync, a terminator or a
+    /// checksum.
     pub(super) fn layout(&self) -> Layout<'_> {
         Layout {
             sync: Patterns::NONE,
             length: match kani::any::<u8>() {
                 0 => Length::Fixed,
                 1 => Length::Delimiter,
+                2 => Length::Silence,
                 _ => Length::Field(LengthField {
                     number: any_number(),
                     mask: kani::any(),
@@ -52,6 +54,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             checksum: None,
             terminator: Patterns::NONE,
+            behind: kani::any(),
             content: &[],
             other_terminators: [Patterns::NONE; 2],
             trailer: kani::any::<bool>().then(|| Trailer {

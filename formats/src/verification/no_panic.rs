@@ -136,7 +136,11 @@ fn in_sealing_and_classifying() {
     let parts = Parts::<0, 0>::any();
     let layout = Layout {
         sync: patterns(&ends),
-        length: Length::Fixed,
+        length: if kani::any() {
+            Length::Fixed
+        } else {
+            Length::Silence
+        },
         messages: None,
         terminator: patterns(&ends),
         ..parts.layout()

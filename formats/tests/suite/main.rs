@@ -5,6 +5,7 @@ mod any_of;
 mod contradictions;
 mod dependency;
 mod display;
+mod ends;
 mod examined;
 mod laws;
 mod limits;
