@@ -3,10 +3,7 @@
  * exactly one outcome or leaves the byte pending, and that the receiver delivers each packet that `encode` writes.
  *
  * The packets have two or three bytes, of which the last is a checksum. The file of a stuffing includes the header,
- * defines the following macros, and includes this file:
- *
- *   NAME, UPPER    the prefixes of the header's names
- *   IS_POSSIBLE    a condition that is true if the receiver's stuffing can have this state inside a packet */
+ * defines NAME and UPPER, the prefixes of the header's names, and includes this file. */
 #include "proof.h"
 
 /* More iterations than any loop performs. */
@@ -31,7 +28,7 @@ static uint32_t placed(const X(counters) *counters)
 static bool invariant(const X(receiver) *receiver)
 {
     return (receiver->stage != XX(INSIDE)) ||
-        ((receiver->length < receiver->ask_at) && (receiver->ask_at <= XX(LONGEST)) && (IS_POSSIBLE));
+        ((receiver->length < receiver->ask_at) && (receiver->ask_at <= XX(LONGEST)));
 }
 
 /* Returns a receiver in any state that satisfies the invariant. Its counters are 0, which does not restrict the

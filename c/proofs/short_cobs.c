@@ -1,5 +1,4 @@
 #include "headers/short_cobs.h"
 #define NAME short_cobs
 #define UPPER SHORT_COBS
-#define IS_POSSIBLE true
 #include "packets.h"

@@ -1,5 +1,4 @@
 #include "headers/short_slip.h"
 #define NAME short_slip
 #define UPPER SHORT_SLIP
-#define IS_POSSIBLE true
 #include "packets.h"

@@ -1,4 +1,4 @@
-//! Proves that receivers of packets do the same in C and in Rust. The receivers take a stream of up to six bytes and line
+//! Proves that receivers of packets do the same in C and in Rust. The receivers take a stream of six bytes and line
 //! events, in any order. After each step, both receivers have delivered the same packet or none, and have the same
 //! counters and the same number of pending bytes.
 //!
