@@ -68,7 +68,7 @@ mod verification;
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
 ///
-#[doc = include_str!("buffered/text.rs")]
+#[doc = include_str!("buffered/text.txt")]
 ///
 /// // `feed` delivers every complete frame. After `push`, call `poll` until it returns `None`.
 /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
@@ -89,7 +89,7 @@ mod verification;
 /// A buffer that is too short for the longest frame does not compile:
 /// ```compile_fail,E0080
 /// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
-/// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.rs"));
+/// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.txt"));
 /// const _: BufferedReceiver<Text, [u8; 23]> = BufferedReceiver::new(Text);
 /// ```
 #[derive(Clone, Debug)]
@@ -283,7 +283,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// `Text` is the format of the [first example](BufferedReceiver).
     /// ```
     /// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
-    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.rs"));
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.txt"));
     /// # fn main() {
     /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
     /// let mut bytes: &[u8] = b"#\x03one, #\x03two#\x05";

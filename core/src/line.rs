@@ -9,8 +9,8 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 ///
 /// # The rule for pending bytes
 /// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered. Every
-/// other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule, so their counters
-/// agree.
+/// other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule. For example, a
+/// [`Receiver`] and a [`BufferedReceiver`](crate::BufferedReceiver) of BIN frames have equal counters.
 ///
 /// Two kinds of bytes have other reasons:
 ///

@@ -201,8 +201,8 @@ pub enum DiscardReason {
     BrokenStuffing,
     /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
-    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came. Bytes that were pending after
-    /// such a byte, and are part of no frame, have this reason, too.
+    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came, or it was pending behind such
+    /// a byte. `LineEvent` explains the rule.
     LineEvent,
 }
 

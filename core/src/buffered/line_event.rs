@@ -34,7 +34,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// `Text` is the format of the [first example](BufferedReceiver).
     /// ```
     /// # use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
-    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.rs"));
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.txt"));
     /// # fn main() {
     /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
     /// receiver.feed(b"#\x10#\x09#\x03two", |_| unreachable!());
