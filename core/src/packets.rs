@@ -8,6 +8,9 @@ use crate::parser::parser_by_own_functions;
 use crate::stuffing::{Meaning, Unstuffing};
 use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Parser, Stuffing};
 
+#[cfg(kani)]
+mod verification;
+
 /// A format of packets between delimiters. [`classify`](Format::classify), [`decode`](Format::decode) and
 /// [`LONGEST`](Format::LONGEST) concern unstuffed bytes, without delimiters.
 ///

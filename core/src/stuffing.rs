@@ -327,3 +327,20 @@ impl Output<'_> {
         }
     }
 }
+
+#[cfg(kani)]
+impl Unstuffing {
+    /// Returns the number of bytes that are missing.
+    pub(crate) fn missing(self) -> usize {
+        self.missing.into()
+    }
+}
+
+/// Returns any state.
+#[cfg(kani)]
+pub(crate) fn any_unstuffing() -> Unstuffing {
+    Unstuffing {
+        missing: kani::any(),
+        has_zero: kani::any(),
+    }
+}

@@ -88,10 +88,11 @@
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
 //! | Modbus RTU | [`modbus`] | 256 | CRC-16, and the pause after the frame | MODBUS over Serial Line V1.02 |
+//! | SLIP and KISS, COBS, HDLC | [`packet`] | chosen by you | nothing; HDLC: CRC-16 | RFC 1055, RFC 1662 |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All formats in the table except `SixAxes` are [`Format`](framelock::Format)s for a
-//! [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
+//! The formats of [`packet`] are for a [`PacketReceiver`](framelock::PacketReceiver). All other formats in the table except
+//! `SixAxes` are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
 //! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
 //! [`Receiver`](framelock::Receiver).
 //!
@@ -154,6 +155,7 @@ pub mod mavlink;
 pub mod modbus;
 pub mod motion;
 pub mod nmea;
+pub mod packet;
 pub mod rtcm;
 pub mod sbus;
 mod seal;

@@ -12,6 +12,7 @@ mod limits;
 mod nmea;
 mod others;
 mod own_format;
+mod packet;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};

@@ -377,7 +377,7 @@ impl Run {
     fn feed(&mut self, bytes: &[u8]) {
         let found = &mut self.found;
         self.receiver.feed(bytes, |one| {
-            found.push(one.map(|frame| frame.message().to_vec()))
+            found.push(one.map(|frame| frame.message().to_vec()));
         });
     }
 
