@@ -18,6 +18,9 @@ use crate::layout::{CheckedLayout, Length};
 /// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
 /// pauses are not reported, put layouts with shorter frames first.
 ///
+/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. If it comes
+/// before another layout, the index in the message is that of the first layout of which the bytes are a frame.
+///
 /// # Examples
 /// ```
 /// use framelock::{BufferedReceiver, Format};

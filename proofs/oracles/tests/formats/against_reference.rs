@@ -39,6 +39,7 @@ fn every_format() {
             "NMEA" => "broken sync, too long, unknown message",
             "RTCM" => "broken sync, too long, unknown message, wrong terminator",
             "GNSS" => "unknown message",
+            "Modbus RTU" => "bad header, broken sync, no sync, unknown message, wrong terminator",
             "BIN-CRC8" => "bad header, too long, unknown message",
             _ => "bad header, checksum mismatch, too long, unknown message",
         };
