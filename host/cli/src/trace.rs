@@ -74,12 +74,16 @@ impl Arguments {
             }
             Ok(out.flush()?)
         })?;
-        // The end of the input is a pause, which may complete frames.
-        let rows: Vec<_> = machines.iter_mut().map(Machine::end).collect();
-        if rows.iter().any(|[_, events]| !events.is_empty()) {
-            write_rows(out, &policies, &rows, |[start, end], _| {
-                format!("{start}{end}")
-            })?;
+        if self.frame.description.ending_event().is_some() {
+            // The line is silent after the last byte.
+            let pieces = machines[0].line.line_event(LineEvent::Idle);
+            let events = pieces.iter().map(|piece| machines[0].event(piece));
+            let events: Vec<String> = events.collect();
+            writeln!(
+                out,
+                "   end                0  {}",
+                events.join(&format!("{GOES_ON}  "))
+            )?;
         }
         writeln!(out)?;
         let rows: Vec<String> = machines.iter().map(Machine::balance).collect();
@@ -259,25 +263,6 @@ impl Machine {
         let events: Vec<String> = events.iter().map(|event| format!("  {event}")).collect();
         let start = format!("{offset:>6}  {byte:02X} {:<3}", character(byte));
         [start, columns + &events.join(GOES_ON)]
-    }
-
-    /// Ends the line with a pause if the pause completes a frame, and returns the row of the pause. Otherwise returns an
-    /// empty row.
-    fn end(&mut self) -> [String; 2] {
-        let mut ended = self.line.clone();
-        let pieces = ended.line_event(LineEvent::Idle);
-        if pieces.iter().all(|piece| piece.discarded.is_some()) {
-            return Default::default();
-        }
-        self.line = ended;
-        let events: Vec<String> = pieces
-            .iter()
-            .map(|piece| format!("  {}", self.event(piece)))
-            .collect();
-        [
-            "   end        ".to_owned() + &" ".repeat(8) + "0",
-            events.join(GOES_ON),
-        ]
     }
 
     /// Returns the text for a frame or for discarded bytes.

@@ -17,17 +17,10 @@ const SUMS: &[(&str, Algorithm)] = &[
     ("fletcher-8", Algorithm::Fletcher),
 ];
 
-/// The names of sums in earlier versions, and the keys that replace them.
-const OLD_SUMS: &[(&str, &str)] = &[
-    (
-        "inverted-sum",
-        "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes",
-    ),
-    (
-        "negated-sum",
-        "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes",
-    ),
-];
+/// The keys that replace the names of sums in earlier versions.
+const INVERTED: &str =
+    "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes";
+const NEGATED: &str = "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes";
 
 /// Lists entries of the CRC library's catalogue by their names.
 macro_rules! catalogue {
@@ -87,8 +80,10 @@ fn plain(name: &str) -> String {
 
 /// Returns the algorithm with this name.
 fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
-    if let Some((_, rule)) = OLD_SUMS.iter().find(|(old, _)| *old == name) {
-        return Err((*rule).into());
+    match name {
+        "inverted-sum" => return Err(INVERTED.into()),
+        "negated-sum" => return Err(NEGATED.into()),
+        _ => {}
     }
     let alias = aliases().find(|(alias, _)| plain(alias) == plain(name));
     let wanted = plain(alias.map_or(name, |(_, name)| name));
@@ -218,7 +213,11 @@ mod tests {
     fn sums_are_what_they_are_called() {
         let bytes = [0x20, 0x40, 0xFF];
         assert_eq!(of("sum", &bytes), 0x15F);
+        assert_eq!(of("carry-sum", &[0xFF; 5]), 0x4FB);
         assert_eq!(of("xor", &bytes), 0x9F);
+        // The words are 4020 and 00FF.
+        assert_eq!(of("sum-words", &bytes), 0x411F);
+        assert_eq!(of("xor-words", &bytes), 0x40DF);
         // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }

@@ -170,18 +170,17 @@ impl Description {
         let layouts = Layouts::concat(kinds.iter().map(|kind| &kind.layouts));
         let all = layouts.all();
         for (number, layout) in all.iter().enumerate() {
-            let of_kind = |mistake: Mistake| {
-                let entry = number.checked_sub(kinds.len() - own.len());
-                Located::new(entry.map_or(0..0, |entry| own[entry].span()), mistake)
-            };
-            let name = |number: usize| kinds[number].name.clone();
-            if kinds[number].layouts.packets() != layouts.packets() {
-                let (kind, other) = (name(number), name(0));
-                return Err(of_kind(Mistake::Packets { kind, other }));
-            }
+            let entry = number.checked_sub(kinds.len() - own.len());
+            let span = entry.map_or(0..0, |entry| own[entry].span());
+            let rule = "all kinds must have the same packets, because a line has only one kind of delimiter";
+            reject_if(
+                kinds[number].layouts.packets() != layouts.packets(),
+                span.clone(),
+                rule,
+            )?;
             if let Some(earlier) = all[..number].iter().position(|other| other == layout) {
-                let (kind, earlier) = (name(number), name(earlier));
-                return Err(of_kind(Mistake::NeverOccurs { kind, earlier }));
+                let [kind, earlier] = [number, earlier].map(|number| kinds[number].name.clone());
+                return Err(Located::new(span, Mistake::NeverOccurs { kind, earlier }));
             }
         }
         Ok(Self {

@@ -1,4 +1,6 @@
-//! The entry `packets`: how bytes of a packet are replaced, so that the delimiter occurs only between packets.
+//! The entry `packets`: the bytes between packets, and the replacements of these bytes inside packets.
+
+use std::collections::BTreeMap;
 
 use framelock::{Codes, Stuffing};
 use serde::Deserialize;
@@ -6,48 +8,12 @@ use serde::Deserialize;
 use crate::hex;
 use crate::problem::{Mistake, UnknownName};
 
-/// A name, or the bytes of the stuffing.
+/// A name, or the bytes of the stuffing in hex.
 #[derive(Clone, Deserialize)]
-#[serde(
-    untagged,
-    deny_unknown_fields,
-    expecting = "packets are \"slip\", \"hdlc\", \"cobs\", \"dle\" or \"break\", or bytes in hex: { delimiter, escape, xor }, \
-                 { delimiter, escape, delimiter_code, escape_code }, or { escape, start, end }, where start may be missing"
-)]
+#[serde(untagged, expecting = "packets are a name or a table of bytes in hex")]
 pub(crate) enum Packets {
     Named(String),
-    Xor {
-        delimiter: Byte,
-        escape: Byte,
-        xor: Byte,
-    },
-    Pair {
-        delimiter: Byte,
-        escape: Byte,
-        delimiter_code: Byte,
-        escape_code: Byte,
-    },
-    Doubled {
-        escape: Byte,
-        start: Option<Byte>,
-        end: Byte,
-    },
-}
-
-/// A byte in hex.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct Byte(u8);
-
-impl TryFrom<String> for Byte {
-    type Error = &'static str;
-
-    fn try_from(text: String) -> Result<Self, Self::Error> {
-        match hex::parse(&[text]).as_deref() {
-            Ok(&[byte]) => Ok(Self(byte)),
-            _ => Err("not a byte in hex"),
-        }
-    }
+    Bytes(BTreeMap<String, String>),
 }
 
 /// The names of stuffings.
@@ -59,62 +25,67 @@ const NAMES: &[(&str, Stuffing)] = &[
     ("break", Stuffing::Break),
 ];
 
+const FORMS: &str = "packets have a name, or these bytes in hex: delimiter, escape and xor; delimiter, escape, delimiter_code and \
+                     escape_code; or escape, end and perhaps start";
+
+const EQUAL: &str = "packets: the delimiter, the escape byte and the codes must differ, or no receiver could tell them apart";
+
 impl Packets {
-    /// Returns the stuffing. The bytes with a meaning of their own must differ.
+    /// Returns the stuffing.
     pub(crate) fn stuffing(&self) -> Result<Stuffing, Mistake> {
-        let differ = |bytes: &[u8]| (1..bytes.len()).all(|at| !bytes[..at].contains(&bytes[at]));
-        let (stuffing, is_right) = match *self {
-            Self::Named(ref name) => {
-                let named = NAMES.iter().find(|(known, _)| known == name);
+        let table = match self {
+            Self::Bytes(table) => table,
+            Self::Named(name) => {
+                let mut all = NAMES.iter().copied();
+                let named = all.find(|(known, _)| known == name);
                 let known = NAMES.iter().map(|(known, _)| *known);
-                return match named {
-                    Some((_, stuffing)) => Ok(*stuffing),
-                    None => Err(UnknownName::new(name, known).into()),
-                };
-            }
-            Self::Xor {
-                delimiter: Byte(delimiter),
-                escape: Byte(escape),
-                xor: Byte(xor),
-            } => (
-                Stuffing::Escape {
-                    delimiter,
-                    escape,
-                    codes: Codes::Xor(xor),
-                },
-                differ(&[delimiter, escape]) && ![0, delimiter ^ escape].contains(&xor),
-            ),
-            Self::Pair {
-                delimiter: Byte(delimiter),
-                escape: Byte(escape),
-                delimiter_code: Byte(code),
-                escape_code: Byte(other),
-            } => (
-                Stuffing::Escape {
-                    delimiter,
-                    escape,
-                    codes: Codes::Pair {
-                        delimiter: code,
-                        escape: other,
-                    },
-                },
-                differ(&[delimiter, escape]) && differ(&[delimiter, code, other]),
-            ),
-            Self::Doubled {
-                escape: Byte(escape),
-                start,
-                end: Byte(end),
-            } => {
-                let start = start.map(|Byte(start)| start);
-                let bytes = [&[escape, end][..], start.as_slice()].concat();
-                (Stuffing::Doubled { escape, start, end }, differ(&bytes))
+                let unknown = || UnknownName::new(name, known).into();
+                return named.map(|(_, stuffing)| stuffing).ok_or_else(unknown);
             }
         };
-        let rule = "packets: the delimiter, the escape byte and the codes must differ, or no receiver could tell them apart";
-        if is_right {
+        let (mut keys, mut bytes) = (Vec::new(), Vec::new());
+        for (key, text) in table {
+            keys.push(&**key);
+            bytes.extend(hex::parse(&[text])?);
+        }
+        let escaped = |delimiter, escape, codes| Stuffing::Escape {
+            delimiter,
+            escape,
+            codes,
+        };
+        // The keys are in alphabetical order.
+        let stuffing = match (&*keys, &*bytes) {
+            (["delimiter", "escape", "xor"], &[delimiter, escape, xor]) => {
+                escaped(delimiter, escape, Codes::Xor(xor))
+            }
+            (
+                ["delimiter", "delimiter_code", "escape", "escape_code"],
+                &[delimiter, code, escape, other],
+            ) => {
+                let codes = Codes::Pair {
+                    delimiter: code,
+                    escape: other,
+                };
+                escaped(delimiter, escape, codes)
+            }
+            (["end", "escape"] | ["end", "escape", "start"], [end, escape, start @ ..])
+                if start.len() + 2 == keys.len() =>
+            {
+                Stuffing::Doubled {
+                    escape: *escape,
+                    start: start.first().copied(),
+                    end: *end,
+                }
+            }
+            _ => return Err(FORMS.into()),
+        };
+        let differ = (1..bytes.len()).all(|at| !bytes[..at].contains(&bytes[at]));
+        let is_doubled = matches!(stuffing, Stuffing::Doubled { .. });
+        let encodes_all = || stuffing.stuff(&bytes, &mut [0; 10]).is_some();
+        if differ && (is_doubled || encodes_all()) {
             Ok(stuffing)
         } else {
-            Err(rule.into())
+            Err(EQUAL.into())
         }
     }
 }

@@ -116,17 +116,6 @@ pub enum Mistake {
         /// The name.
         name: String,
     },
-    /// Some frames are packets, and others are not, or are packets of another kind.
-    #[error(
-        "the kinds {kind} and {other} have different packets, but a line has packets of one form, or none: give both kinds \
-         the same packets"
-    )]
-    Packets {
-        /// The kind.
-        kind: String,
-        /// The first kind.
-        other: String,
-    },
     /// A kind is never found.
     #[error(
         "kind {kind} never occurs: each of its frames is also one of kind {earlier}, which is tried first"

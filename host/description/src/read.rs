@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use framelock::{DiscardReason, Stuffing};
+use framelock::DiscardReason;
 use framelock_formats::layout::{
     self, Algorithm, FixedBits, KnownMessage, Length, LengthField, Number, Trailer,
 };
@@ -41,7 +41,14 @@ impl Kind {
             checksum: all.checksum.as_ref().map(checksum::read).transpose()?,
             terminators: terminators.unwrap_or_default(),
             behind: all.behind.as_ref().map_or(0, |behind| *behind.get_ref()),
-            packets: packets(all)?,
+            packets: all
+                .packets
+                .as_ref()
+                .map(|packets| {
+                    let stuffing = packets.get_ref().stuffing();
+                    stuffing.map_err(|mistake| Located::new(packets.span(), mistake))
+                })
+                .transpose()?,
             content: parsed_if_any(all.content.as_ref(), layouts::content)?.unwrap_or_default(),
             trailer,
             table: None,
@@ -227,16 +234,6 @@ fn trailer(entry: &Spanned<TrailerEntry>) -> Result<(Trailer, Field), Located> {
     let name = parsed(name, column_name)?;
     let (at, mask, bytes) = (front(at)?, *mask, *bytes);
     Ok((Trailer { at, mask, bytes }, Field::of_trailer(name, bytes)))
-}
-
-/// Returns the stuffing of packets, if the frames are packets.
-fn packets(all: &Entries) -> Result<Option<Stuffing>, Located> {
-    let Some(packets) = &all.packets else {
-        return Ok(None);
-    };
-    let stuffing = packets.get_ref().stuffing();
-    let stuffing = stuffing.map_err(|mistake| Located::new(packets.span(), mistake))?;
-    Ok(Some(stuffing))
 }
 
 /// Returns the part that determines the length of a frame.

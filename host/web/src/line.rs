@@ -25,8 +25,6 @@ pub(crate) struct Cell {
     pub(crate) begins: bool,
     /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
     pub(crate) ends: usize,
-    /// Whether the sender pauses after the byte.
-    has_pause: bool,
     /// The time at which the byte ends, in milliseconds.
     pub(crate) at: u32,
 }
@@ -48,7 +46,7 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
     let mut cells = if scenario.own.is_empty() {
         sent(&frames(scenario, protocol), protocol)?
     } else {
-        sent(&[scenario.own.clone()], protocol)?
+        sent(std::slice::from_ref(&scenario.own), protocol)?
     };
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
@@ -99,29 +97,18 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 /// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
 /// that the receiver finds on a line without faults.
 fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
-    let is_packet = protocol.description.format().packets().is_some();
-    let mut cells = Vec::new();
-    for frame in frames {
-        cells.extend(frame.iter().map(|&byte| Cell {
-            sent: Some(byte),
-            received: Some(byte),
-            ..Cell::default()
-        }));
-        cells
-            .iter_mut()
-            .last()
-            .into_iter()
-            .for_each(|last| last.has_pause = true);
-    }
+    let cells = frames.iter().flatten().map(|&byte| Cell {
+        sent: Some(byte),
+        received: Some(byte),
+        ..Cell::default()
+    });
+    let mut cells: Vec<Cell> = cells.collect();
     let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
     let mut decided = 0;
     let mut on_outcome = |found: Found<&[u8]>| {
         if let Found::Frame { length, .. } = found {
             cells[decided].begins = true;
-            let last = &mut cells[decided + length - 1];
-            last.ends = length;
-            // The closing delimiter of a packet follows without a pause.
-            last.has_pause |= !is_packet;
+            cells[decided + length - 1].ends = length;
         }
         decided += found.bytes();
     };
@@ -141,7 +128,7 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
     for cell in &mut cells {
         now += BYTE;
         cell.at = u32::try_from(now / 1_000).expect("the line is short");
-        now += if cell.has_pause { PAUSE } else { 0 };
+        now += if cell.ends > 0 { PAUSE } else { 0 };
     }
     Ok(cells)
 }

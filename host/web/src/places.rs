@@ -13,7 +13,7 @@ pub(crate) const MOST: usize = 64;
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     if description.format().packets().is_some() {
         // The stuffing moves the bytes of a packet.
-        return Vec::new();
+        return vec!["packet".to_owned(); bytes.len().min(MOST)];
     }
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {

@@ -188,10 +188,10 @@ impl Run {
         }
         if let Some(byte) = cell.received {
             state.idle();
-            let has_gap_rule = match self.protocol.description.ending_event() {
-                None => self.scenario.idle,
-                ending_event => ending_event == Some(LineEvent::Idle),
-            };
+            // Pauses neither begin nor end packets.
+            let is_packet = self.protocol.description.format().packets().is_some();
+            let ends_frames = self.protocol.description.ending_event() == Some(LineEvent::Idle);
+            let has_gap_rule = ends_frames || self.scenario.idle && !is_packet;
             state.idle_at = has_gap_rule.then_some(cell.at + IDLE_AFTER);
             let whole = (1..=state.as_sent)
                 .contains(&cell.ends)

@@ -102,13 +102,13 @@ fn check_packets(
 ) {
     let format = description.format();
     let receive = |chunks: &[Vec<u8>]| {
-        let receiver = PacketReceiver::with_buffer(format.clone(), vec![0; format.longest()]);
-        let (mut line, mut received) = (Line::new(receiver.unwrap()), Vec::new());
+        let parser = PacketReceiver::with_buffer(format.clone(), vec![0; format.longest()]);
+        let (mut line, mut received) = (Line::new(parser.unwrap()), Vec::new());
         for bytes in chunks {
             // A break precedes and follows each packet.
             for bytes in [&[][..], bytes] {
                 line.feed(bytes, |found| {
-                    received.extend(found.decoded().map(|(_, frame)| frame.to_vec()))
+                    received.extend(found.decoded().map(|(_, frame)| frame.to_vec()));
                 });
                 if stuffing == Stuffing::Break {
                     line.line_event(LineEvent::Break, |found| {

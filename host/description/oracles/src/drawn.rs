@@ -58,9 +58,12 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
         let checksum = kind.layout().checksum;
         let is_hex = checksum.is_some_and(|checksum| checksum.over_hex_digits);
         let content = kind.layout().header()..end;
-        let content = content.map(|_| match is_hex {
-            true => *b"0123456789ABCDEFabcdef".choose(random).unwrap(),
-            false => random.random_range(0..=most),
+        let content = content.map(|_| {
+            if is_hex {
+                *b"0123456789ABCDEFabcdef".choose(random).unwrap()
+            } else {
+                random.random_range(0..=most)
+            }
         });
         let content: Vec<u8> = content.collect();
         let filled = frame(kind.layout(), &content, |count| {
@@ -260,8 +263,7 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
         .unwrap();
     }
     let fields = if is_text { &FIELDS[..2] } else { FIELDS };
-    let least = if is_text { 1 } else { 0 };
-    for number in 0..random.random_range(least..5) {
+    for number in 0..random.random_range(usize::from(is_text)..5) {
         let (length, rest) = *fields.choose(random).unwrap();
         writeln!(
             text,

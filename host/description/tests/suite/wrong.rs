@@ -105,13 +105,15 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nbehnid = 1 => 3:1: unknown field `behnid` (perhaps behind?)
     sync = "24"\nlongest = 9\nterminator = "0A"\nbehind = 9 => 2:11: longest: it is less than shortest
     packets = "slpi"\nlongest = 9 => 1:11: there is no slpi (perhaps slip?); there are slip, hdlc, cobs, dle, break
-    packets = { delimiter = "7E", escape = "7D" }\nlongest = 9 => 1:11: packets are "slip", "hdlc"
+    packets = { delimiter = "7E", escape = "7D" }\nlongest = 9 => 1:11: packets have a name, or these bytes in hex: delimiter, escape and xor
+    packets = { delimiter = "7E", escape = "7G", xor = "20" }\nlongest = 9 => 1:11: word 1, '7G', has 'G'
+    packets = 7\nlongest = 9 => 1:11: packets are a name or a table
     packets = { delimiter = "7E", escape = "7E", xor = "20" }\nlongest = 9 => 1:11: packets: the delimiter, the escape byte and the codes must differ
     packets = { delimiter = "7E", escape = "7D", xor = "03" }\nlongest = 9 => 1:11: packets: the delimiter, the escape byte and the codes must differ
     packets = { delimiter = "C0", escape = "DB", delimiter_code = "DC", escape_code = "DC" }\nlongest = 9 => 1:11: packets: the delimiter
     packets = { escape = "10", end = "10" }\nlongest = 9 => 1:11: packets: the delimiter
-    any_of = ["ubx", "slip"] => 1:1: the kinds slip and ubx have different packets, but a line has packets of one form, or none
-    longest = 9\n[[kinds]]\nname = "a"\npackets = "slip"\n[[kinds]]\nname = "b"\npackets = "cobs" => 5:1: the kinds b and a have different packets
+    any_of = ["ubx", "slip"] => 1:1: all kinds must have the same packets
+    longest = 9\n[[kinds]]\nname = "a"\npackets = "slip"\n[[kinds]]\nname = "b"\npackets = "cobs" => 5:1: all kinds must have the same packets
     sync = "FF FF FD 00"\nlength = 9 => 1:8: frames of Dynamixel 2 contain an inserted FD
     sync = "24"\nlength = 4\nchecksum = { name = "inverted-sum", type = "u8", at = -1 } => 3:21: inverted-sum is now name = "sum" with xor = 0xFF
     sync = "24"\nlength = 4\nchecksum = { name = "negated-sum", type = "u8", at = -1 } => 3:21: negated-sum is now name = "sum" with initial = 0xFF and xor = 0xFF
