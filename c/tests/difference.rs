@@ -684,11 +684,32 @@ fn check(cases: &[(&str, &str)], table: CrcTable, compiler: &Compiler, bytes: us
     }
 }
 
-fn check_random(count: usize, bytes: usize) {
+/// Checks random descriptions, and returns their texts.
+fn check_random(count: usize, bytes: usize) -> String {
+    let mut texts = String::new();
     for (number, case) in random_cases(count, bytes).enumerate() {
         case.check(if number % 2 == 0 { &GCC } else { &CLANG });
+        texts += &case.text;
     }
+    texts
 }
+
+/// Ways in which frames end, and checksums. A long random test draws each.
+const DRAWN: &[&str] = &[
+    "packets = 'slip'",
+    "packets = 'hdlc'",
+    "packets = 'cobs'",
+    "packets = 'dle'",
+    "packets = 'break'",
+    "packets = { escape",
+    "ends = 'silence'",
+    "behind = ",
+    "initial = ",
+    "carry-sum",
+    "sum-words",
+    "xor-words",
+    "over = 'hex digits'",
+];
 
 #[test]
 fn shipped_receivers_do_the_same_in_c_and_rust() {
@@ -731,5 +752,8 @@ fn so_do_those_with_long_streams() {
 #[test]
 #[ignore = "cargo xtask verify --only generated runs it"]
 fn so_do_those_of_many_random_descriptions() {
-    check_random(200, AT_NIGHT);
+    let texts = check_random(200, AT_NIGHT);
+    for form in DRAWN {
+        assert!(texts.contains(form), "no description with {form}");
+    }
 }
