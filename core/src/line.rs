@@ -419,6 +419,7 @@ impl<P: Parser> Line<P> {
     /// Counts a line event. Delivers the frames that lie whole in the pending bytes, discards the other pending bytes,
     /// and reports the outcome of each pending byte. So no later frame contains a byte from before the event (theorems
     /// 8 and 13f). Only a [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
+    /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event) states two exceptions for packets.
     ///
     /// Do not push a byte that arrived with an error. Report the error as a line event instead.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {

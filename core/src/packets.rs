@@ -158,13 +158,12 @@ pub struct PacketReceiver<F, B> {
     unstuffing: Unstuffing,
 }
 
-/// A packet that has just become a frame.
-struct Whole {
-    /// The number of received bytes.
-    received: usize,
-    /// The number of unstuffed bytes.
-    length: usize,
-}
+/// A packet that has just become a frame: the number of received bytes, and the number of unstuffed bytes.
+type Whole = (usize, usize);
+
+/// A function that is called with each run of discarded bytes.
+trait Report: FnMut(usize, DiscardReason) {}
+impl<T: FnMut(usize, DiscardReason)> Report for T {}
 
 impl<F: PacketFormat, const N: usize> PacketReceiver<F, [u8; N]> {
     /// Creates a receiver that has an array as its buffer and has received nothing yet.
@@ -216,11 +215,10 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided.
     #[inline]
     fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Frame<'_, F>> {
-        let whole = self.take(byte, &mut |count, why| {
-            account(Found::discarded(count, why));
-        })?;
-        account(Found::frame(whole.received, ()));
-        Some(self.frame(whole.length))
+        let mut report = |count, why| account(Found::discarded(count, why));
+        let (received, length) = self.take(byte, &mut report)?;
+        account(Found::frame(received, ()));
+        Some(self.frame(length))
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
@@ -240,10 +238,10 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     ) -> Option<Frame<'_, F>> {
         while let [byte, rest @ ..] = *bytes {
             *bytes = rest;
-            let mut discarded = |count, why| account(Found::discarded(count, why));
-            if let Some(whole) = self.take(*byte, &mut discarded) {
-                account(Found::frame(whole.received, ()));
-                return Some(self.frame(whole.length));
+            let mut report = |count, why| account(Found::discarded(count, why));
+            if let Some((received, length)) = self.take(*byte, &mut report) {
+                account(Found::frame(received, ()));
+                return Some(self.frame(length));
             }
         }
         None
@@ -253,8 +251,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// depend on how a stream is cut into slices.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         for &byte in bytes {
-            let whole = self.take(byte, &mut |count, why| found(Found::discarded(count, why)));
-            if let Some(Whole { received, length }) = whole {
+            let mut report = |count, why| found(Found::discarded(count, why));
+            if let Some((received, length)) = self.take(byte, &mut report) {
                 found(Found::frame(received, self.frame(length)));
             }
         }
@@ -271,17 +269,14 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             && self.length == 0
             && self.unstuffing == Unstuffing::NEW
             && !matches!(stuffing, Stuffing::Doubled { .. });
+        let mut report = |count, why| found(Found::discarded(count, why));
         if event == LineEvent::Break && stuffing == Stuffing::Break {
-            let whole = self.close(&mut |count, why| found(Found::discarded(count, why)));
-            if let Some(Whole { received, length }) = whole {
+            if let Some((received, length)) = self.close(&mut report) {
                 found(Found::frame(received, self.frame(length)));
             }
             self.open();
         } else if event != LineEvent::Idle || !follows_delimiter {
-            let why = DiscardReason::LineEvent;
-            self.discard_all_but(0, why, &mut |count, why| {
-                found(Found::discarded(count, why));
-            });
+            self.discard_all_but(0, DiscardReason::LineEvent, &mut report);
         }
     }
 
@@ -312,46 +307,42 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
 
     /// Takes a byte. Returns the packet that this byte makes whole.
     #[inline]
-    fn take(
-        &mut self,
-        byte: u8,
-        discarded: &mut impl FnMut(usize, DiscardReason),
-    ) -> Option<Whole> {
+    fn take(&mut self, byte: u8, report: &mut impl Report) -> Option<Whole> {
         if !self.is_open {
-            self.take_outside(byte, discarded);
+            self.take_outside(byte, report);
             return None;
         }
         match self.unstuffing.take(self.format.stuffing(), byte) {
-            Meaning::Content(content) => return self.take_content(content, byte, discarded),
+            Meaning::Content(content) => return self.take_content(content, byte, report),
             Meaning::Prefix => self.pending = self.pending.wrapping_add(1),
             Meaning::Delimiter => {
-                let whole = self.close(discarded);
+                let whole = self.close(report);
                 self.open();
                 self.pending = self.pending.wrapping_add(1);
                 return whole;
             }
             Meaning::End => {
                 self.pending = self.pending.wrapping_add(1);
-                let whole = self.close(discarded);
+                let whole = self.close(report);
                 // Nothing is pending any more, except if the packet was empty.
-                self.discard_all_but(0, DiscardReason::BadHeader, discarded);
+                self.discard_all_but(0, DiscardReason::BadHeader, report);
                 return whole;
             }
             Meaning::Start => {
                 // The escape byte is pending.
-                self.discard_all_but(1, DiscardReason::BrokenStuffing, discarded);
-                self.take_outside(byte, discarded);
+                self.discard_all_but(1, DiscardReason::BrokenStuffing, report);
+                self.take_outside(byte, report);
             }
             Meaning::Broken => {
                 self.pending = self.pending.wrapping_add(1);
-                self.discard_all_but(0, DiscardReason::BrokenStuffing, discarded);
+                self.discard_all_but(0, DiscardReason::BrokenStuffing, report);
             }
         }
         None
     }
 
     /// Takes a byte outside packets.
-    fn take_outside(&mut self, byte: u8, discarded: &mut impl FnMut(usize, DiscardReason)) {
+    fn take_outside(&mut self, byte: u8, report: &mut impl Report) {
         let stuffing = self.format.stuffing();
         let follows_escape = self.pending > 0;
         self.pending = self.pending.wrapping_add(1);
@@ -364,24 +355,19 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             }
         } else {
             let kept = usize::from(stuffing.is_doubled(byte));
-            self.discard_all_but(kept, DiscardReason::NoSync, discarded);
+            self.discard_all_but(kept, DiscardReason::NoSync, report);
         }
     }
 
     /// Takes a byte of the packet, which the received `byte` completes.
     #[inline]
-    fn take_content(
-        &mut self,
-        content: u8,
-        byte: u8,
-        discarded: &mut impl FnMut(usize, DiscardReason),
-    ) -> Option<Whole> {
+    fn take_content(&mut self, content: u8, byte: u8, report: &mut impl Report) -> Option<Whole> {
         let why = DiscardReason::TooLong;
-        if self.length >= self.format.longest() && !self.go_on(why, discarded) {
+        if self.length >= self.format.longest() && !self.go_on(why, report) {
             let last = self.buffer.as_ref().get(self.length.wrapping_sub(1));
             let is_escape = last.is_some_and(|&last| self.format.stuffing().is_doubled(last));
-            self.discard_all_but(usize::from(is_escape), why, discarded);
-            self.take_outside(byte, discarded);
+            self.discard_all_but(usize::from(is_escape), why, report);
+            self.take_outside(byte, report);
             return None;
         }
         self.pending = self.pending.wrapping_add(1);
@@ -389,7 +375,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         if self.length < self.ask_at {
             return None;
         }
-        self.ask(discarded)
+        self.ask(report)
     }
 
     /// Begins a packet.
@@ -408,7 +394,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
 
     /// Asks the format whether the frame ends here by itself.
     #[inline(never)]
-    fn ask(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) -> Option<Whole> {
+    fn ask(&mut self, report: &mut impl Report) -> Option<Whole> {
         let packet = self.buffer.as_ref().get(..self.length).unwrap_or_default();
         let seen = self.ask_at.saturating_sub(1);
         let why = match self.format.classify_after(packet, seen) {
@@ -422,13 +408,13 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             Classification::Frame(_) => DiscardReason::BadHeader,
             Classification::Rejected(why) => why,
         };
-        self.discard_all_but(0, why, discarded);
+        self.discard_all_but(0, why, report);
         None
     }
 
     /// Ends the packet, and decides about it. Does nothing if the packet is empty.
     #[inline(never)]
-    fn close(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) -> Option<Whole> {
+    fn close(&mut self, report: &mut impl Report) -> Option<Whole> {
         let mut why = DiscardReason::BrokenStuffing;
         if self.unstuffing.is_complete() {
             loop {
@@ -451,12 +437,12 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
                     // The delimiter has come before the end of the frame.
                     _ => DiscardReason::BrokenStuffing,
                 };
-                if !self.go_on(why, discarded) {
+                if !self.go_on(why, report) {
                     break;
                 }
             }
         }
-        self.discard_all_but(0, why, discarded);
+        self.discard_all_but(0, why, report);
         None
     }
 
@@ -464,19 +450,14 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     fn deliver(&mut self) -> Whole {
         let (received, length) = (self.pending, self.length);
         self.reset();
-        Whole { received, length }
+        (received, length)
     }
 
     /// Discards the pending bytes for this reason, except the last `kept` bytes. Ends the packet.
-    fn discard_all_but(
-        &mut self,
-        kept: usize,
-        why: DiscardReason,
-        discarded: &mut impl FnMut(usize, DiscardReason),
-    ) {
+    fn discard_all_but(&mut self, kept: usize, why: DiscardReason, report: &mut impl Report) {
         let count = self.pending.wrapping_sub(kept);
         if count > 0 {
-            discarded(count, why);
+            report(count, why);
         }
         self.reset();
         self.pending = kept;
@@ -485,11 +466,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// Goes on with the next packet inside a rejected packet of DLE framing. If the end of a packet was damaged, the next
     /// packet's beginning looks like an escape byte and the start code inside the packet. Returns false, and changes
     /// nothing, if the packet contains no such beginning.
-    fn go_on(
-        &mut self,
-        why: DiscardReason,
-        discarded: &mut impl FnMut(usize, DiscardReason),
-    ) -> bool {
+    fn go_on(&mut self, why: DiscardReason, report: &mut impl Report) -> bool {
         let stuffing = self.format.stuffing();
         let Stuffing::Doubled { start, .. } = stuffing else {
             return false;
@@ -512,7 +489,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         let count = start_length
             .wrapping_add(code)
             .wrapping_add(doubled.count());
-        discarded(count, why);
+        report(count, why);
         self.pending = self.pending.wrapping_sub(count);
         let rest = packet.get(code.wrapping_add(start_length)..);
         let rest = rest.unwrap_or_default();

@@ -58,6 +58,17 @@ pub enum Codes {
     },
 }
 
+impl Codes {
+    /// Returns the code for the delimiter or the escape byte.
+    const fn of(self, byte: u8, delimiter_byte: u8) -> u8 {
+        match self {
+            Self::Xor(with) => byte ^ with,
+            Self::Pair { delimiter, .. } if byte == delimiter_byte => delimiter,
+            Self::Pair { escape, .. } => escape,
+        }
+    }
+}
+
 /// The number of bytes in the longest block of COBS.
 const LONGEST_BLOCK: usize = 254;
 
@@ -125,31 +136,21 @@ impl Stuffing {
             } => {
                 output.push(delimiter)?;
                 for &byte in packet {
-                    if byte != delimiter && byte != escape {
+                    if byte == delimiter || byte == escape {
+                        let code = Some(codes.of(byte, delimiter));
+                        let code = code.filter(|&code| code != delimiter)?;
+                        output.extend(&[escape, code])?;
+                    } else {
                         output.push(byte)?;
-                        continue;
                     }
-                    let code = match codes {
-                        Codes::Xor(with) => byte ^ with,
-                        Codes::Pair {
-                            delimiter: code, ..
-                        } if byte == delimiter => code,
-                        Codes::Pair { escape: code, .. } => code,
-                    };
-                    if code == delimiter {
-                        return None;
-                    }
-                    output.extend(&[escape, code])?;
                 }
                 output.push(delimiter)?;
             }
             Self::Doubled { escape, start, end } => {
-                let content = if start.is_some() {
-                    packet
-                } else {
-                    behind_first
+                let (code, content) = match start {
+                    Some(start) => (start, packet),
+                    None => (first, behind_first),
                 };
-                let code = start.unwrap_or(first);
                 if !self.begins_packet(code) {
                     return None;
                 }
@@ -215,9 +216,9 @@ pub(crate) enum Meaning {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Unstuffing {
     /// The number of bytes that are missing in the block of COBS. 1 after an escape byte.
-    missing: u8,
+    pub(crate) missing: u8,
     /// Whether a zero separates the block of COBS from a block that follows.
-    has_zero: bool,
+    pub(crate) has_zero: bool,
 }
 
 impl Unstuffing {
@@ -264,23 +265,18 @@ impl Unstuffing {
                 codes,
             } if is_missing => match codes {
                 Codes::Xor(with) => Meaning::Content(byte ^ with),
-                Codes::Pair {
-                    delimiter: code, ..
-                } if code == byte => Meaning::Content(delimiter),
-                Codes::Pair { escape: code, .. } if code == byte => Meaning::Content(escape),
-                Codes::Pair { .. } => Meaning::Broken,
-            },
-            Stuffing::Doubled { escape, end, .. } if is_missing => {
-                if byte == escape {
-                    Meaning::Content(byte)
-                } else if byte == end {
-                    Meaning::End
-                } else if stuffing.begins_packet(byte) {
-                    Meaning::Start
-                } else {
-                    Meaning::Broken
+                Codes::Pair { .. } => {
+                    let mut special = [delimiter, escape].into_iter();
+                    let content = special.find(|&special| codes.of(special, delimiter) == byte);
+                    content.map_or(Meaning::Broken, Meaning::Content)
                 }
-            }
+            },
+            Stuffing::Doubled { escape, end, .. } if is_missing => match byte {
+                _ if byte == escape => Meaning::Content(byte),
+                _ if byte == end => Meaning::End,
+                _ if stuffing.begins_packet(byte) => Meaning::Start,
+                _ => Meaning::Broken,
+            },
             _ => Meaning::Content(byte),
         }
     }
@@ -325,22 +321,5 @@ impl Output<'_> {
                 [_, behind @ ..] => behind,
             };
         }
-    }
-}
-
-#[cfg(kani)]
-impl Unstuffing {
-    /// Returns the number of bytes that are missing.
-    pub(crate) fn missing(self) -> usize {
-        self.missing.into()
-    }
-}
-
-/// Returns any state.
-#[cfg(kani)]
-pub(crate) fn any_unstuffing() -> Unstuffing {
-    Unstuffing {
-        missing: kani::any(),
-        has_zero: kani::any(),
     }
 }

@@ -9,7 +9,7 @@ const LONGEST: usize = 600;
 
 /// Packets of up to `longest - 1` bytes without a check.
 #[derive(Clone, Copy)]
-struct Any(Stuffing, usize);
+pub(crate) struct Any(pub(crate) Stuffing, pub(crate) usize);
 
 impl Format for Any {
     const LONGEST: usize = LONGEST;

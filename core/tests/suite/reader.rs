@@ -6,9 +6,10 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, LineEvent, Reader, Receiver};
+use framelock::{BufferedReceiver, Encode, LineEvent, PacketReceiver, Reader, Receiver, Stuffing};
 
 use crate::buffered::Short;
+use crate::packets::Any;
 
 /// A UART that returns the given pieces and errors, one per call.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -283,4 +284,22 @@ fn a_pause_delivers_the_whole_frames_one_in_each_call() {
         counters.bytes,
         counters.frame_bytes + counters.discarded.total()
     );
+}
+
+/// A delimiter before a pause stays pending, but the pause is reported only once.
+#[test]
+fn a_pause_after_a_delimiter_is_reported_once() {
+    let pieces = [Some(b"\xC0".to_vec()), None, Some(b"ab\xC0".to_vec())];
+    let receiver = PacketReceiver::with_buffer(Any(Stuffing::SLIP, 3), [0; 3]);
+    let receiver = receiver.expect("long enough");
+    let mut reader = Reader::<_, _, 32>::new(Pausing(pieces.to_vec()), receiver);
+    let mut silences = 0;
+    let silence = || {
+        silences += 1;
+        std::future::ready(())
+    };
+    let packet = now(reader.next_message_or_pause(silence, |frame| frame.bytes().to_vec()));
+    assert_eq!((packet, silences), (Ok(Some(b"ab".to_vec())), 1));
+    let counters = reader.line().counters();
+    assert_eq!((counters.events.idle, counters.discarded.total()), (1, 0));
 }

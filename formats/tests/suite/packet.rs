@@ -12,7 +12,7 @@ where
     let mut receiver = PacketReceiver::with_buffer(format, [0; 300]).expect("long enough");
     let mut packets = Vec::new();
     receiver.feed(bytes, |found| {
-        packets.extend(found.decoded().map(<[u8]>::to_vec))
+        packets.extend(found.decoded().map(<[u8]>::to_vec));
     });
     packets
 }
@@ -20,8 +20,8 @@ where
 /// The examples of Cheshire and Baker's article about COBS, as Wikipedia prints them, with a delimiter before each.
 #[test]
 fn cobs_as_published() {
-    let to_fe: Vec<u8> = (1..=0xFE).collect();
-    let to_ff: Vec<u8> = (1..=0xFF).collect();
+    let to_254: Vec<u8> = (1..=0xFE).collect();
+    let to_255: Vec<u8> = (1..=0xFF).collect();
     let examples: [(&[u8], Vec<u8>); 8] = [
         (&[0], vec![1, 1]),
         (&[0, 0], vec![1, 1, 1]),
@@ -29,8 +29,8 @@ fn cobs_as_published() {
         (&[0x11, 0x22, 0, 0x33], vec![3, 0x11, 0x22, 2, 0x33]),
         (&[0x11, 0x22, 0x33, 0x44], vec![5, 0x11, 0x22, 0x33, 0x44]),
         (&[0x11, 0, 0, 0], vec![2, 0x11, 1, 1, 1]),
-        (&to_fe, [&[0xFF], to_fe.as_slice()].concat()),
-        (&to_ff, [&[0xFF], to_fe.as_slice(), &[2, 0xFF]].concat()),
+        (&to_254, [&[0xFF], to_254.as_slice()].concat()),
+        (&to_255, [&[0xFF], to_254.as_slice(), &[2, 0xFF]].concat()),
     ];
     for (packet, between) in examples {
         let stuffed = [&[0], between.as_slice(), &[0]].concat();

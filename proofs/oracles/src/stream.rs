@@ -1,4 +1,4 @@
-//! The input of the targets `parser`, `reader` and `framing`: a stream that is cut into slices,
+//! The input of the targets `parser`, `reader`, `framing` and `packets`: a stream that is cut into slices,
 //! with line events between them.
 
 use arbitrary::{Arbitrary, Unstructured};
