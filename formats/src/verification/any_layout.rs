@@ -54,7 +54,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             checksum: None,
             terminator: Patterns::NONE,
-            behind: kani::any(),
+            behind: any_up_to(2),
             content: &[],
             other_terminators: [Patterns::NONE; 2],
             trailer: kani::any::<bool>().then(|| Trailer {
