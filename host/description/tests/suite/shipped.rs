@@ -8,6 +8,7 @@ use framelock_formats::layout::{Algorithm, Checksum, Table};
 use framelock_formats::{
     CheckedLayout, Layout, crsf, ibus,
     mavlink::{self, ARDUPILOTMEGA},
+    modbus,
     motion::{BIN, BIN_CRC8, SIX_AXES},
     nmea, rtcm, sbus, ubx,
 };
@@ -51,6 +52,7 @@ fn a_frame_is_described_once() {
         ("mavlink2", &[second]),
         ("six-axes", &[SIX_AXES]),
         ("six-axes-be", &[SIX_AXES]),
+        ("modbus-rtu", &[modbus::LAYOUT]),
     ] {
         let (_, text) = SHIPPED
             .iter()
