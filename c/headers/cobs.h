@@ -32,8 +32,14 @@
 #define COBS_FUNCTION
 #endif
 
-/* The number of bytes in the longest packet, without delimiters and stuffing, and 1 more to detect longer packets. */
+/* The number of bytes in the longest packet, without delimiters and stuffing, and 1 more to detect longer packets. If your packets
+ * are shorter, define a smaller number. */
+#ifndef COBS_LONGEST
 #define COBS_LONGEST 1025U
+#endif
+#if (COBS_LONGEST <= 1U) || (COBS_LONGEST > 1025U)
+#error "COBS_LONGEST must be between 2 and 1025"
+#endif
 
 /* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
@@ -220,10 +226,10 @@ static inline cobs_outcome cobs_classify(const uint8_t *bytes, uint16_t count, u
     (void)seen;
     (void)bytes;
     /* Only a delimiter ends a packet. */
-    if (count > 1024U) {
+    if (count >= COBS_LONGEST) {
         return COBS_TOO_LONG;
     }
-    *number = 1025U;
+    *number = COBS_LONGEST;
     return COBS_INCOMPLETE;
 }
 
@@ -254,14 +260,14 @@ COBS_FUNCTION size_t cobs_encode(const cobs_message *message, uint8_t *frame, si
     uint16_t number = 0U;
     cobs_message again;
 
-    if (message->packet_length > 1024U) {
+    if (message->packet_length >= COBS_LONGEST) {
         return 0U;
     }
     if ((size < message->packet_length)) {
         size = message->packet_length;
     }
     length = (uint16_t)size;
-    if ((size > 1024U) || (room < size)) {
+    if ((size >= COBS_LONGEST) || (room < size)) {
         return 0U;
     }
     cobs_clear(frame, size);

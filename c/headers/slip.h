@@ -32,8 +32,14 @@
 #define SLIP_FUNCTION
 #endif
 
-/* The number of bytes in the longest packet, without delimiters and stuffing, and 1 more to detect longer packets. */
+/* The number of bytes in the longest packet, without delimiters and stuffing, and 1 more to detect longer packets. If your packets
+ * are shorter, define a smaller number. */
+#ifndef SLIP_LONGEST
 #define SLIP_LONGEST 1007U
+#endif
+#if (SLIP_LONGEST <= 1U) || (SLIP_LONGEST > 1007U)
+#error "SLIP_LONGEST must be between 2 and 1007"
+#endif
 
 /* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
@@ -208,10 +214,10 @@ static inline slip_outcome slip_classify(const uint8_t *bytes, uint16_t count, u
     (void)seen;
     (void)bytes;
     /* Only a delimiter ends a packet. */
-    if (count > 1006U) {
+    if (count >= SLIP_LONGEST) {
         return SLIP_TOO_LONG;
     }
-    *number = 1007U;
+    *number = SLIP_LONGEST;
     return SLIP_INCOMPLETE;
 }
 
@@ -242,14 +248,14 @@ SLIP_FUNCTION size_t slip_encode(const slip_message *message, uint8_t *frame, si
     uint16_t number = 0U;
     slip_message again;
 
-    if (message->packet_length > 1006U) {
+    if (message->packet_length >= SLIP_LONGEST) {
         return 0U;
     }
     if ((size < message->packet_length)) {
         size = message->packet_length;
     }
     length = (uint16_t)size;
-    if ((size > 1006U) || (room < size)) {
+    if ((size >= SLIP_LONGEST) || (room < size)) {
         return 0U;
     }
     slip_clear(frame, size);

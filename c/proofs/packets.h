@@ -2,15 +2,15 @@
  * memory that it may access, does not overflow, and keeps the invariant. They also show that the step gives each byte
  * exactly one outcome or leaves the byte pending, and that the receiver delivers each packet that `encode` writes.
  *
- * The packets have two or three bytes, of which the last is a checksum. The file of a stuffing includes the header,
- * defines NAME and UPPER, the prefixes of the header's names, and includes this file. */
+ * The packets have up to three bytes. The file of a stuffing includes the header, defines NAME and UPPER, the prefixes of
+ * the header's names, and includes this file. */
 #include "proof.h"
 
 /* More iterations than any loop performs. */
 #define BOUND 12
 /* More than the size of a receiver in bytes. */
 #define INIT_BOUND 100
-#define PAYLOAD (XX(LONGEST) - 2U)
+#define PAYLOAD (XX(LONGEST) - 1U)
 #define SPACE (2U * XX(LONGEST) + 4U)
 
 /* Returns the number of bytes in frames plus the number of discarded bytes. */
@@ -67,8 +67,8 @@ PROOF(push, BOUND)
     ASSERT(invariant(&receiver));
     ASSERT(receiver.counters.bytes == 1U && receiver.counters.frames == (found ? 1U : 0U));
     ASSERT(before + 1U == placed(&receiver.counters) + X(pending)(&receiver));
-    ASSERT(!found || (message.data == receiver.buffer && message.data_length < XX(LONGEST) - 1U));
-    COVER(found && message.data_length == PAYLOAD);
+    ASSERT(!found || (message.packet == receiver.buffer && message.packet_length <= PAYLOAD));
+    COVER(found && message.packet_length == PAYLOAD);
     COVER(receiver.counters.discarded[XX(BROKEN_STUFFING)] == 7U);
 }
 
@@ -100,13 +100,13 @@ PROOF(encode, BOUND)
     X(message) sent;
     uint8_t i;
 
-    sent.data = payload;
-    ASSUME(room <= SPACE && sent.data_length <= PAYLOAD);
+    sent.packet = payload;
+    ASSUME(room <= SPACE && sent.packet_length <= PAYLOAD);
     /* Place the room at the end of the array, so that writing past it is an error. */
     uint8_t *const frame = bytes + (SPACE - room);
     const size_t length = X(encode)(&sent, frame, room);
 
-    ASSERT(length <= room && (length > 0U || room < SPACE || sent.data_length == 0U));
+    ASSERT(length <= room && (length > 0U || room < SPACE || sent.packet_length == 0U));
     receiver = none;
     for (i = 0U; i < length; i++) {
         const bool found = X(push)(&receiver, frame[i], &message);
@@ -114,9 +114,9 @@ PROOF(encode, BOUND)
         ASSERT(found == (i + 1U == length));
     }
     if (length > 0U) {
-        ASSERT(message.data_length == sent.data_length);
-        for (i = 0U; i < message.data_length; i++) {
-            ASSERT(message.data[i] == payload[i]);
+        ASSERT(message.packet_length == sent.packet_length);
+        for (i = 0U; i < message.packet_length; i++) {
+            ASSERT(message.packet[i] == payload[i]);
         }
     }
     COVER(length == room && length > XX(LONGEST) + 1U);
@@ -162,7 +162,6 @@ uint32_t c_counter(uint8_t place)
     case 3: return counters->resynchronisations;
     case 9: return counters->discarded[XX(NO_SYNC)];
     case 12: return counters->discarded[XX(TOO_LONG)];
-    case 14: return counters->discarded[XX(CHECKSUM_MISMATCH)];
     case 16: return counters->discarded[XX(LINE_EVENT)];
     case 17: return counters->discarded[XX(BROKEN_STUFFING)];
     default: break;

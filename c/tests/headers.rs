@@ -1,5 +1,5 @@
-//! Tests that the headers in `c/headers` and `c/proofs/headers` equal the output of `framelock generate`, and that no
-//! compiler warns about the former. Also tests that all files for users state the workspace's version.
+//! Tests that the headers in `c/headers` equal the output of `framelock generate`, and that no compiler warns about
+//! them. Also tests that all files for users state the workspace's version.
 //!
 //! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c headers` writes the headers and the version.
 
@@ -52,24 +52,6 @@ fn headers_are_what_generate_writes() {
         let command = format!("framelock generate --frame {name} --language c");
         let header = c(&description, name, &command, CrcTable::Nibbles);
         check(&folder().join(header_name(name) + ".h"), &header);
-    }
-}
-
-/// The descriptions of short packets, for the proofs.
-const FOR_PROOFS: &[(&str, &str)] = &[("short_slip", "slip"), ("short_cobs", "cobs")];
-
-#[test]
-fn headers_for_proofs_are_what_generate_writes() {
-    for (name, packets) in FOR_PROOFS {
-        let text = format!(
-            "packets = '{packets}'\nshortest = 2\nlongest = 3\n\
-             checksum = {{ name = 'xor', type = 'u8', at = -1 }}\n\
-             fields = [{{ name = 'data', at = 0, type = 'bytes' }}]\n"
-        );
-        let description = Description::parse(name, &text).unwrap();
-        let header = c(&description, name, "framelock generate", CrcTable::Nibbles);
-        let path = format!("../proofs/headers/{name}.h");
-        check(&folder().join(path), &header);
     }
 }
 

@@ -1,11 +1,10 @@
 //! Proves that receivers of packets do the same in C and in Rust. The receivers take a stream of six bytes and line
 //! events, in any order. After each step, both receivers have delivered the same packet or none, and have the same
 //! counters and the same number of pending bytes.
-//!
-//! The packets have two or three bytes, of which the last is a checksum.
+//! The packets have up to three bytes.
 
-use framelock::{Format, Line, PacketFormat, PacketReceiver, Stuffing};
-use framelock_formats::layout::{Algorithm, CheckedLayout, Checksum, Layout, Length};
+use framelock::{Format, Line, PacketReceiver};
+use framelock_formats::packet::{Cobs, Slip};
 
 use crate::windows::{LINE_EVENTS, counters};
 
@@ -21,47 +20,19 @@ unsafe extern "C" {
 /// The number of bytes and line events in a stream.
 const STEPS: usize = 6;
 
-const LAYOUT: CheckedLayout<'static> = Layout {
-    length: Length::Silence,
-    shortest: 2,
-    longest: 3,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Xor,
-        ..Checksum::at_the_end(1)
-    }),
-    ..Layout::NONE
-}
-.checked();
-
-/// Defines a format of packets, and its harness, in a module with the name of its C file.
-macro_rules! for_stuffings {
-    ($($name:ident $stuffing:expr;)*) => {
+/// Defines the harness of a format, in a module with the name of its C file.
+macro_rules! for_formats {
+    ($($name:ident $format:ty;)*) => {
         $(
             mod $name {
                 use super::*;
 
-                #[derive(Clone, Copy)]
-                struct Packets;
-
-                impl Format for Packets {
-                    framelock_formats::classify_by!(LAYOUT);
-                    type Message<'a> = &'a [u8];
-
-                    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-                        frame
-                    }
-                }
-
-                impl PacketFormat for Packets {
-                    fn stuffing(&self) -> Stuffing {
-                        $stuffing
-                    }
-                }
+                type Receiver = PacketReceiver<$format, [u8; <$format>::LONGEST]>;
 
                 #[kani::proof]
                 #[kani::unwind(7)]
                 fn stream_is_same() {
-                    let mut line = Line::new(PacketReceiver::<_, [u8; Packets::LONGEST]>::new(Packets));
+                    let mut line = Line::new(Receiver::new(Default::default()));
                     let mut step = 0;
                     while step < STEPS {
                         take_step(&mut line);
@@ -73,7 +44,7 @@ macro_rules! for_stuffings {
                 }
 
                 /// Takes an arbitrary byte or line event, and compares the receivers.
-                fn take_step(line: &mut Line<PacketReceiver<Packets, [u8; Packets::LONGEST]>>) {
+                fn take_step(line: &mut Line<Receiver>) {
                     if kani::any() {
                         let byte = kani::any();
                         let is_frame_in_c = c_push(byte) != 0;
@@ -103,7 +74,7 @@ macro_rules! for_stuffings {
         )*
     };
 }
-for_stuffings! {
-    short_slip Stuffing::SLIP;
-    short_cobs Stuffing::Cobs;
+for_formats! {
+    slip Slip<3>;
+    cobs Cobs<3>;
 }
