@@ -141,3 +141,21 @@ fn packets_of_a_faulty_line_are_those_of_the_definition() {
         "{all:?}"
     );
 }
+
+/// A frame with a length field that a delimiter cuts counts as broken stuffing, because no line event has occurred.
+#[test]
+fn a_frame_that_a_delimiter_cuts_is_counted() {
+    let format = Packets {
+        stuffing: Stuffing::HDLC,
+        check: PacketCheck::LengthAndXor,
+        most: 9,
+    };
+    let stream = Stream(vec![StreamStep::Slice(
+        b"\x7E\x03ab\x7E\x02\x05\x07".to_vec(),
+    )]);
+    let [counters] = packets(&AnyPackets { format, stream });
+    assert_eq!(
+        (counters.frames, counters.discarded.broken_stuffing),
+        (1, 4)
+    );
+}
