@@ -250,6 +250,12 @@ fn length(all: &Entries) -> Result<Length, Located> {
                         leave one out";
             Err(Located::new(length.span(), rule))
         }
+        // Only the delimiter after such a packet shows that the packet has this length.
+        (Some(_), None)
+            if all.packets.is_some() && all.sync.is_none() && all.checksum.is_none() =>
+        {
+            Ok(Length::Silence)
+        }
         (Some(_), None) => Ok(Length::Fixed),
         (None, Some(field)) => {
             let field = field.get_ref();
@@ -290,7 +296,7 @@ fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize),
         Mistake::OutOfRange { what, most },
     )?;
     let least = match length {
-        Length::Fixed => *longest.get_ref(),
+        _ if all.length.is_some() => *longest.get_ref(),
         Length::Field(field) => parts.max(usize::try_from(field.plus).unwrap_or(0)),
         _ => parts,
     };
