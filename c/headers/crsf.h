@@ -244,11 +244,12 @@ static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, crsf_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return CRSF_LINE_EVENT;
 }
 
@@ -449,14 +450,14 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint8_t crsf_end_first(crsf_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t crsf_end_first(crsf_receiver *receiver, crsf_event event)
 {
     uint8_t number = 0U;
     const crsf_outcome outcome =
-        crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+        crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -484,7 +485,7 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = crsf_end_first(receiver);
+            length = crsf_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             crsf_decode(&receiver->buffer[receiver->from - length], length, &message);

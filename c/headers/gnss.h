@@ -563,11 +563,12 @@ static inline gnss_kind gnss_kind_of(const uint8_t *frame, uint16_t length)
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, gnss_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return GNSS_LINE_EVENT;
 }
 
@@ -907,14 +908,14 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t gnss_end_first(gnss_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t gnss_end_first(gnss_receiver *receiver, gnss_event event)
 {
     uint16_t number = 0U;
     const gnss_outcome outcome =
-        gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -942,7 +943,7 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = gnss_end_first(receiver);
+            length = gnss_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             gnss_decode(&receiver->buffer[receiver->from - length], length, &message);

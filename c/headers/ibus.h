@@ -220,11 +220,12 @@ static inline ibus_outcome ibus_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t count, ibus_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return IBUS_LINE_EVENT;
 }
 
@@ -423,14 +424,14 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint8_t ibus_end_first(ibus_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t ibus_end_first(ibus_receiver *receiver, ibus_event event)
 {
     uint8_t number = 0U;
     const ibus_outcome outcome =
-        ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+        ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -458,7 +459,7 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = ibus_end_first(receiver);
+            length = ibus_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             ibus_decode(&receiver->buffer[receiver->from - length], length, &message);

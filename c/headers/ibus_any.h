@@ -214,11 +214,12 @@ static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t c
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, uint8_t count, ibus_any_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return IBUS_ANY_LINE_EVENT;
 }
 
@@ -421,14 +422,14 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint8_t ibus_any_end_first(ibus_any_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t ibus_any_end_first(ibus_any_receiver *receiver, ibus_any_event event)
 {
     uint8_t number = 0U;
     const ibus_any_outcome outcome =
-        ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+        ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -456,7 +457,7 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = ibus_any_end_first(receiver);
+            length = ibus_any_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             ibus_any_decode(&receiver->buffer[receiver->from - length], length, &message);

@@ -600,11 +600,12 @@ static inline mavlink_kind mavlink_kind_of(const uint8_t *frame, uint16_t length
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, mavlink_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK_LINE_EVENT;
 }
 
@@ -944,14 +945,14 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t mavlink_end_first(mavlink_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink_end_first(mavlink_receiver *receiver, mavlink_event event)
 {
     uint16_t number = 0U;
     const mavlink_outcome outcome =
-        mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -979,7 +980,7 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = mavlink_end_first(receiver);
+            length = mavlink_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             mavlink_decode(&receiver->buffer[receiver->from - length], length, &message);

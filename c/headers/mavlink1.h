@@ -342,11 +342,12 @@ static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t 
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, mavlink1_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK1_LINE_EVENT;
 }
 
@@ -561,14 +562,14 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t mavlink1_end_first(mavlink1_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink1_end_first(mavlink1_receiver *receiver, mavlink1_event event)
 {
     uint16_t number = 0U;
     const mavlink1_outcome outcome =
-        mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -596,7 +597,7 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = mavlink1_end_first(receiver);
+            length = mavlink1_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             mavlink1_decode(&receiver->buffer[receiver->from - length], length, &message);

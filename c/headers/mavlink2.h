@@ -387,11 +387,12 @@ static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t 
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, mavlink2_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK2_LINE_EVENT;
 }
 
@@ -631,14 +632,14 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t mavlink2_end_first(mavlink2_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink2_end_first(mavlink2_receiver *receiver, mavlink2_event event)
 {
     uint16_t number = 0U;
     const mavlink2_outcome outcome =
-        mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -666,7 +667,7 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = mavlink2_end_first(receiver);
+            length = mavlink2_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             mavlink2_decode(&receiver->buffer[receiver->from - length], length, &message);

@@ -332,11 +332,12 @@ static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, u
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, nmea_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return NMEA_LINE_EVENT;
 }
 
@@ -535,14 +536,14 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t nmea_end_first(nmea_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t nmea_end_first(nmea_receiver *receiver, nmea_event event)
 {
     uint16_t number = 0U;
     const nmea_outcome outcome =
-        nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -570,7 +571,7 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = nmea_end_first(receiver);
+            length = nmea_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             nmea_decode(&receiver->buffer[receiver->from - length], length, &message);

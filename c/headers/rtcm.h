@@ -249,11 +249,12 @@ static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, u
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, rtcm_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return RTCM_LINE_EVENT;
 }
 
@@ -446,14 +447,14 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t rtcm_end_first(rtcm_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t rtcm_end_first(rtcm_receiver *receiver, rtcm_event event)
 {
     uint16_t number = 0U;
     const rtcm_outcome outcome =
-        rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -481,7 +482,7 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = rtcm_end_first(receiver);
+            length = rtcm_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             rtcm_decode(&receiver->buffer[receiver->from - length], length, &message);

@@ -222,11 +222,12 @@ static inline sbus_outcome sbus_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t count, sbus_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return SBUS_LINE_EVENT;
 }
 
@@ -440,14 +441,14 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint8_t sbus_end_first(sbus_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t sbus_end_first(sbus_receiver *receiver, sbus_event event)
 {
     uint8_t number = 0U;
     const sbus_outcome outcome =
-        sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
+        sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -475,7 +476,7 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = sbus_end_first(receiver);
+            length = sbus_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             sbus_decode(&receiver->buffer[receiver->from - length], length, &message);

@@ -231,11 +231,12 @@ static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uin
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, ubx_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return UBX_LINE_EVENT;
 }
 
@@ -437,14 +438,14 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline uint16_t ubx_end_first(ubx_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t ubx_end_first(ubx_receiver *receiver, ubx_event event)
 {
     uint16_t number = 0U;
     const ubx_outcome outcome =
-        ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
+        ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -472,7 +473,7 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = ubx_end_first(receiver);
+            length = ubx_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             ubx_decode(&receiver->buffer[receiver->from - length], length, &message);

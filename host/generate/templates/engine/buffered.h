@@ -119,14 +119,14 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that no more bytes follow. The classifier has found the pending bytes
- * incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise returns
- * 0. */
-static inline any_index any_end_first(any_receiver *receiver)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline any_index any_end_first(any_receiver *receiver, any_event event)
 {
     any_index number = 0U;
     const any_outcome outcome =
-        any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), &number);
+        any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), event, &number);
 
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
@@ -154,7 +154,7 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
         if (!again && (receiver->from < receiver->to)) {
             /* From this byte on, all discarded bytes have the line event as their reason. */
             has_waited = true;
-            length = any_end_first(receiver);
+            length = any_end_first(receiver, event);
         }
         if ((length > 0U) && (received != NULL)) {
             any_decode(&receiver->buffer[receiver->from - length], length, &message);
