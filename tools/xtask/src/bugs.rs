@@ -189,7 +189,7 @@ impl Bug {
 /// Seeds the bugs that the arguments choose, one at a time.
 pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Arguments) -> Result<()> {
     let root = &workspace.root;
-    let mut prover = Prover::new(workspace, *engine)?;
+    let mut prover = Prover::new(workspace, *engine);
     prover.packages.push(CHECKED);
     let mut missed = Vec::new();
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
@@ -276,15 +276,14 @@ mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{is_called, is_named, theorems};
+    use crate::theorems::{Harness, is_called, is_named, theorems};
     use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
     static HARNESSES: LazyLock<(Vec<String>, Vec<String>)> = LazyLock::new(|| {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let mut prover = Prover::new(&workspace, Some(Engine::Offline))
-            .expect("the offline prover is available");
-        let theorems = prover.listed().expect("the harnesses compile");
+        let mut prover = Prover::new(&workspace, Some(Engine::Offline));
+        let theorems: Vec<Harness> = prover.offline("list", &[]).expect("the harnesses compile");
         prover.packages = vec![CHECKED];
         let checked = prover.list().expect("the harnesses compile");
         for one in &theorems {
@@ -418,7 +417,7 @@ mod tests {
     #[test]
     fn every_seeded_bug_in_c_fits_the_sources_and_every_kind_of_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let prover = Prover::of_c(&workspace).expect("the offline prover is available");
+        let prover = Prover::of_c(&workspace);
         let harnesses = prover.list().expect("the harnesses compile");
         let bugs = read(&workspace.root, OF_C).expect("a list");
         for bug in &bugs {
