@@ -18,7 +18,6 @@ use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use rayon::ThreadPoolBuilder;
 use rayon::iter::{ParallelBridge as _, ParallelIterator as _};
 use serde_json::json;
 
@@ -56,21 +55,13 @@ struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u64,
 
-    /// Number of harnesses checked at the same time; 0 means the number of cores
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    jobs: usize,
-
-    /// Prove everything again, even harnesses that were proved before and have not changed
-    #[arg(long)]
-    anew: bool,
-
     /// Stop at the first harness that fails, and terminate the checks that still run
-    #[arg(long, conflicts_with = "format")]
+    #[arg(long, conflicts_with = "json")]
     fail_fast: bool,
 
-    /// Output format of the results
-    #[arg(long, default_value = "text")]
-    format: OutputFormat,
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -81,12 +72,6 @@ enum Action {
     List,
     /// Check the harnesses with the compiler and clippy; a warning is an error
     Clippy,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum OutputFormat {
-    Text,
-    Json,
 }
 
 fn main() -> ExitCode {
@@ -142,7 +127,7 @@ fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result
 fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
     let files = c_file::read(arguments.c_folder.as_deref())?;
     let harnesses = selected(sources, &files, arguments)?;
-    if arguments.format == OutputFormat::Json {
+    if arguments.json {
         println!("{}", json!(harnesses));
         return Ok(());
     }
@@ -158,13 +143,10 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
-    let cache = ProofCache::new(&sources.target, &cbmc, arguments.anew)?;
+    let cache = ProofCache::new(&sources.target, &cbmc)?;
     let limit = Duration::from_secs(arguments.timeout);
-    let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
-    // Start with the slowest harnesses, so that no core waits for one of them at the end. But a wrong change makes many
-    // harnesses fail, so the fastest of them shows it first. For an unknown time, harnesses with the greatest lengths,
-    // which come last, probably take longest.
-    harnesses.sort_by_cached_key(|harness| cache.milliseconds(harness).unwrap_or(u128::MAX));
+    // Of each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so that
+    // no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows it first.
     if !arguments.fail_fast {
         harnesses.reverse();
     }
@@ -174,7 +156,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
             Language::C { .. } => c_file::program(&harness, &files),
         };
         let answer = cbmc::check(&cbmc, program, &harness, &cache, limit);
-        show(&answer, arguments.format);
+        show(&answer, arguments.json);
         if arguments.fail_fast && answer.verdict.is_failure() {
             child_processes::end_all(1);
         }
@@ -182,11 +164,11 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     };
     // `par_bridge` keeps the order in which harnesses start.
     let harnesses = harnesses.into_iter().par_bridge();
-    let mut answers: Vec<Answer> = pool.build()?.install(|| harnesses.map(check).collect());
+    let mut answers: Vec<Answer> = harnesses.map(check).collect();
     answers.sort_by(|one, other| one.harness.cmp(&other.harness));
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
-    if arguments.format == OutputFormat::Json {
+    if arguments.json {
         println!("{:#}", json!(answers));
     } else {
         println!("{count} proved, {} not proved", answers.len() - count);
@@ -201,9 +183,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-/// Prints the outcome of a harness as soon as it is known. Prints the details only with the format
-/// `text`.
-fn show(answer: &Answer, format: OutputFormat) {
+/// Prints the outcome of a harness as soon as it is known. Prints the details unless JSON will have them.
+fn show(answer: &Answer, json: bool) {
     let Answer {
         harness,
         properties,
@@ -218,7 +199,7 @@ fn show(answer: &Answer, format: OutputFormat) {
         format!("{seconds:.1} s")
     };
     eprintln!("{verdict:<8} {harness} ({properties} properties, {covers} covers, {when})");
-    if format == OutputFormat::Text {
+    if !json {
         let failures = answer.failures.iter().map(|failure| format!("  {failure}"));
         let inputs = answer.inputs.iter().map(|input| format!("    {input}"));
         failures.chain(inputs).for_each(|line| eprintln!("{line}"));

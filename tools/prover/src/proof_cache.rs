@@ -1,5 +1,5 @@
-//! The files of each harness: its program, CBMC's answer, a record that the program was proved, and how long its last
-//! proof took. An unchanged program is not proved again.
+//! The files of each harness: its program, CBMC's answer, and a record that the program was proved. An unchanged program is
+//! not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -20,12 +20,9 @@ pub(crate) struct ProofCache {
 }
 
 impl ProofCache {
-    /// Creates a cache in `folder`, which only the prover uses. `anew` deletes all proofs.
-    pub(crate) fn new(folder: &Path, cbmc: &Cbmc, anew: bool) -> Result<Self> {
+    /// Creates a cache in `folder`, which only the prover uses.
+    pub(crate) fn new(folder: &Path, cbmc: &Cbmc) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));
-        if anew && proofs.exists() {
-            fs::remove_dir_all(&proofs)?;
-        }
         fs::create_dir_all(&harnesses)?;
         fs::create_dir_all(&proofs)?;
         let mut prover = DefaultHasher::new();
@@ -41,19 +38,6 @@ impl ProofCache {
     pub(crate) fn source(&self, harness: &Harness) -> PathBuf {
         let name = harness.name.replace("::", ".");
         self.harnesses.join(format!("{name}.c"))
-    }
-
-    /// Returns how many milliseconds the harness's last proof took, or `None` if it was never proved here.
-    pub(crate) fn milliseconds(&self, harness: &Harness) -> Option<u128> {
-        fs::read_to_string(self.milliseconds_file(harness))
-            .ok()?
-            .parse()
-            .ok()
-    }
-
-    /// Returns the path of the file with the milliseconds that the harness's last proof took.
-    pub(crate) fn milliseconds_file(&self, harness: &Harness) -> PathBuf {
-        self.source(harness).with_extension("milliseconds")
     }
 
     /// Returns the path of the file that records the proof of this program by this command. If the file exists, the

@@ -235,7 +235,7 @@ impl Prover {
             .arg("--target-dir")
             .arg(&self.tools)
             .env("CARGO_TARGET_DIR", &self.target)
-            .args(["--", action, "--format=json"])
+            .args(["--", action, "--json"])
             .arg(format!("--timeout={}", self.timeout))
             .args(self.packages.iter().flat_map(|one| ["--package", one]))
             .args(names.iter().flat_map(|name| ["--harness", name]));
