@@ -3,14 +3,13 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use serde::{Deserialize, Serialize};
 
-use crate::cbmc_setup::Cbmc;
 use crate::child_processes::status_within;
 use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
@@ -28,7 +27,7 @@ const CHECKS_OF_C: [&str; 6] = [
 ];
 
 /// The result for a harness.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Answer {
     pub(crate) harness: String,
     pub(crate) verdict: Verdict,
@@ -45,12 +44,13 @@ pub(crate) struct Answer {
 }
 
 /// The outcomes of a harness, from the worst to the best.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
     /// An assertion fails, or the program panics or has undefined behaviour. CBMC may then leave other properties open.
     Failed,
     /// The harness could not be checked.
+    #[default]
     Error,
     /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
@@ -162,7 +162,6 @@ impl Property {
 /// Checks a harness, unless its program was proved before. Keeps the program, the answer and the
 /// proof in files.
 pub(crate) fn check(
-    cbmc: &Cbmc,
     program: impl FnOnce() -> Result<String>,
     harness: &Harness,
     cache: &ProofCache,
@@ -171,22 +170,16 @@ pub(crate) fn check(
     let start = Instant::now();
     let mut answer = Answer {
         harness: harness.name.clone(),
-        verdict: Verdict::NoAnswerInTime,
-        failures: Vec::new(),
-        inputs: Vec::new(),
-        properties: 0,
         covers: harness.covers.len(),
-        is_old: false,
-        seconds: 0.0,
+        ..Answer::default()
     };
     let run = Run {
-        cbmc,
+        cache,
         harness,
-        source: &cache.source(harness),
-        limit,
-        start,
+        source: cache.source(harness),
+        ends: start + limit,
     };
-    let done = program().and_then(|program| run.all(program, cache, &mut answer));
+    let done = program().and_then(|program| run.all(program, &mut answer));
     if let Err(error) = done {
         answer.verdict = Verdict::Error;
         answer.failures.push(format!("{error:#}"));
@@ -255,26 +248,26 @@ fn place(cover: &str) -> String {
 
 /// The runs of CBMC for one harness.
 struct Run<'a> {
-    cbmc: &'a Cbmc,
+    cache: &'a ProofCache,
     harness: &'a Harness,
-    source: &'a Path,
-    limit: Duration,
-    start: Instant,
+    source: PathBuf,
+    /// The end of the harness's time.
+    ends: Instant,
 }
 
 impl Run<'_> {
-    fn all(&self, program: String, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
-        let proof = cache.proof(&program, &self.command(&[]), self.harness);
+    fn all(&self, program: String, answer: &mut Answer) -> Result<()> {
+        let proof = self.cache.proof(&program, &self.command(&[]), self.harness);
         if let Ok(properties) = fs::read_to_string(&proof) {
             (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
             answer.is_old = true;
             return Ok(());
         }
-        fs::write(self.source, program)?;
+        fs::write(&self.source, program)?;
         let Some(properties) = self.properties(&[])? else {
-            let seconds = self.limit.as_secs();
-            let what = format!("no answer in {seconds} s; use --timeout to allow more");
-            answer.failures.push(what);
+            answer.verdict = Verdict::NoAnswerInTime;
+            let what = "no answer in time; use --timeout to allow more";
+            answer.failures.push(what.to_owned());
             return Ok(());
         };
         answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
@@ -313,7 +306,7 @@ impl Run<'_> {
         let answer = self.source.with_extension("json");
         let mut command = self.command(more);
         command.stdout(File::create(&answer)?).stderr(Stdio::null());
-        let left = self.limit.saturating_sub(self.start.elapsed());
+        let left = self.ends.saturating_duration_since(Instant::now());
         if status_within(left, &mut command)?.is_none() {
             return Ok(None);
         }
@@ -325,9 +318,9 @@ impl Run<'_> {
 
     /// Returns the command that checks the program.
     fn command(&self, more: &[&str]) -> Command {
-        let mut command = Command::new(&self.cbmc.program);
+        let mut command = Command::new(&self.cache.cbmc.program);
         command
-            .arg(self.source)
+            .arg(&self.source)
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
             // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
@@ -371,6 +364,7 @@ mod tests {
     )]
 
     use super::*;
+    use crate::cbmc_setup::Cbmc;
 
     fn harness(unwind: u32) -> Harness {
         Harness {
@@ -464,13 +458,12 @@ mod tests {
                 program: path,
                 says,
             };
-            let cache = ProofCache::new(&folder, &cbmc).unwrap();
+            let cache = &ProofCache::new(&folder, cbmc).unwrap();
             let run = Run {
-                cbmc: &cbmc,
+                cache,
                 harness,
-                source: Path::new("harness.c"),
-                limit: Duration::ZERO,
-                start: Instant::now(),
+                source: "harness.c".into(),
+                ends: Instant::now(),
             };
             cache.proof(program, &run.command(&[]), harness)
         };

@@ -107,17 +107,13 @@ fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result
     harnesses.extend(files.iter().flat_map(CFile::harnesses));
     let mut wanted = BTreeSet::new();
     for name in &arguments.harnesses {
+        let mut names: Vec<String> = harnesses.iter().map(|one| one.name.clone()).collect();
         let end = format!("::{name}");
-        let is_whole = |one: &str| one == name || one.ends_with(&end);
-        let names: Vec<String> = harnesses
-            .iter()
-            .map(|harness| harness.name.clone())
-            .collect();
-        let any_whole = names.iter().any(|one| is_whole(one));
-        let is_found = |one: &String| is_whole(one) || !any_whole && one.contains(name);
-        let found: Vec<String> = names.into_iter().filter(is_found).collect();
-        ensure!(!found.is_empty(), "there is no harness {name}");
-        wanted.extend(found);
+        let is_whole = |one: &String| format!("::{one}").ends_with(&end);
+        let any_whole = names.iter().any(is_whole);
+        names.retain(|one| is_whole(one) || !any_whole && one.contains(name));
+        ensure!(!names.is_empty(), "there is no harness {name}");
+        wanted.extend(names);
     }
     harnesses.retain(|harness| wanted.is_empty() || wanted.contains(&harness.name));
     ensure!(!harnesses.is_empty(), "the packages have no harness");
@@ -143,7 +139,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
-    let cache = ProofCache::new(&sources.target, &cbmc)?;
+    let cache = ProofCache::new(&sources.target, cbmc)?;
     let limit = Duration::from_secs(arguments.timeout);
     // Of each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so that
     // no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows it first.
@@ -155,7 +151,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
             Language::Rust => translate::program(&module, &harness, &files),
             Language::C { .. } => c_file::program(&harness, &files),
         };
-        let answer = cbmc::check(&cbmc, program, &harness, &cache, limit);
+        let answer = cbmc::check(program, &harness, &cache, limit);
         show(&answer, arguments.json);
         if arguments.fail_fast && answer.verdict.is_failure() {
             child_processes::end_all(1);

@@ -13,6 +13,7 @@ use crate::harness::Harness;
 
 /// The folder of programs and answers, and the folder of proofs.
 pub(crate) struct ProofCache {
+    pub(crate) cbmc: Cbmc,
     harnesses: PathBuf,
     proofs: PathBuf,
     /// The hash of this prover and of CBMC. Proofs by other versions do not count.
@@ -21,13 +22,14 @@ pub(crate) struct ProofCache {
 
 impl ProofCache {
     /// Creates a cache in `folder`, which only the prover uses.
-    pub(crate) fn new(folder: &Path, cbmc: &Cbmc) -> Result<Self> {
+    pub(crate) fn new(folder: &Path, cbmc: Cbmc) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));
         fs::create_dir_all(&harnesses)?;
         fs::create_dir_all(&proofs)?;
         let mut prover = DefaultHasher::new();
         (fs::read(std::env::current_exe()?)?, &cbmc.says).hash(&mut prover);
         Ok(Self {
+            cbmc,
             harnesses,
             proofs,
             prover,

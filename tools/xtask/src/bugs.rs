@@ -296,6 +296,22 @@ mod tests {
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     });
 
+    /// Returns the bugs in a file. Each must fit the sources.
+    fn fitting(root: &Path, file: &str) -> Vec<Bug> {
+        let bugs = read(root, file).expect("a list");
+        for bug in &bugs {
+            let (right, wrong) = bug.texts(root).expect("the text occurs once");
+            assert_ne!(right, wrong, "{}", bug.mistake);
+        }
+        bugs
+    }
+
+    /// Checks that exactly one harness has this name.
+    fn assert_one<'a>(harnesses: impl IntoIterator<Item = &'a String>, end: &str) {
+        let named = harnesses.into_iter().filter(|one| is_called(one, end));
+        assert_eq!(named.count(), 1, "{end}");
+    }
+
     fn bug(more: &str) -> Bug {
         let fields = ["mistake", "file", "right", "wrong"].map(|key| format!("{key} = ''\n"));
         toml::from_str(&(fields.concat() + more)).expect("a bug")
@@ -344,11 +360,8 @@ mod tests {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
         let (theorems, checked) = &*HARNESSES;
-        let proofs = read(root, PROOFS).expect("a list");
-        let firmware = read(root, FIRMWARE).expect("a list");
+        let (proofs, firmware) = (fitting(root, PROOFS), fitting(root, FIRMWARE));
         for bug in proofs.iter().chain(&firmware) {
-            let (right, wrong) = bug.texts(root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", bug.mistake);
             assert_eq!(
                 bug.test.is_some(),
                 bug.harnesses.is_empty(),
@@ -356,8 +369,7 @@ mod tests {
                 bug.mistake
             );
             for end in &bug.harnesses {
-                let all = theorems.iter().chain(checked);
-                assert_eq!(all.filter(|one| is_called(one, end)).count(), 1, "{end}");
+                assert_one(theorems.iter().chain(checked), end);
             }
         }
         for harness in theorems {
@@ -371,9 +383,7 @@ mod tests {
     fn every_planted_mistake_fits_the_sources_and_its_check_exists() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
-        for mistake in read(root, PLANTED).expect("a list") {
-            let (right, wrong) = mistake.texts(root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", mistake.mistake);
+        for mistake in fitting(root, PLANTED) {
             let is_there = |folder: &Path, name: &str| {
                 let files = files(folder).expect("files");
                 files.iter().any(|path| {
@@ -384,12 +394,7 @@ mod tests {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
                 };
-                let all = HARNESSES.0.iter();
-                assert_eq!(
-                    all.filter(|one| is_called(one, harness)).count(),
-                    1,
-                    "{harness}"
-                );
+                assert_one(&HARNESSES.0, harness);
                 continue;
             };
             let name = test.name.rsplit("::").next().expect("a name");
@@ -419,14 +424,12 @@ mod tests {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let prover = Prover::of_c(&workspace);
         let harnesses = prover.list().expect("the harnesses compile");
-        let bugs = read(&workspace.root, OF_C).expect("a list");
-        for bug in &bugs {
-            let (right, wrong) = bug.texts(&workspace.root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", bug.mistake);
-            for end in bug.harnesses.iter().chain(&bug.unnoticed_by) {
-                let named = harnesses.iter().filter(|one| is_called(one, end));
-                assert_eq!(named.count(), 1, "{end}");
-            }
+        let bugs = fitting(&workspace.root, OF_C);
+        for end in bugs
+            .iter()
+            .flat_map(|bug| bug.harnesses.iter().chain(&bug.unnoticed_by))
+        {
+            assert_one(&harnesses, end);
         }
         let broken = bugs.iter().flat_map(|bug| &bug.harnesses);
         let broken: Vec<&str> = broken.map(|harness| kind(harness)).collect();

@@ -41,12 +41,6 @@ impl Workspace {
             fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
             if let Ok(link) = fs::read_link(&from) {
                 if !to.is_symlink() {
-                    // An older copy may have a folder or a file here.
-                    if to.is_dir() {
-                        fs::remove_dir_all(&to)?;
-                    } else if to.exists() {
-                        fs::remove_file(&to)?;
-                    }
                     symlink(link, to)?;
                 }
             } else if let Ok(content) = fs::read(&from)
