@@ -276,7 +276,7 @@ mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{Harness, is_called, is_named, theorems};
+    use crate::theorems::{Harness, is_called, is_named, quoted, theorems};
     use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
@@ -452,21 +452,21 @@ mod tests {
         let folders = ["core", "formats", "firmware", "proofs"];
         let folders = folders.map(|folder| files(&root.join(folder)).expect("files"));
         for theorem in &theorems {
-            let title = &theorem.title;
-            assert!(!theorem.names.is_empty(), "no harness: {title}");
-            for name in &theorem.names {
+            let title = theorem.title();
+            assert!(theorem.names().next().is_some(), "no harness: {title}");
+            for name in theorem.names() {
                 let is_known = harnesses.iter().any(|harness| is_named(harness, name));
                 assert!(is_known, "no harness or module is called {name}: {title}");
             }
-            let [clauses, tests, oracles] = &theorem.others;
-            for clause in clauses.iter().filter(|&clause| clause != "none") {
+            let [_, _, clauses, _, tests, oracles] = &theorem.0;
+            for clause in clauses.split(", ").filter(|&clause| clause != "none") {
                 assert!(
                     protocol.contains(&format!("**{clause}")),
                     "no clause {clause}: {title}"
                 );
             }
-            assert!(!tests.is_empty(), "no test: {title}");
-            for test in tests {
+            assert!(quoted(tests).next().is_some(), "no test: {title}");
+            for test in quoted(tests) {
                 let (file, name) = test.split_once("::").unwrap_or((test, ""));
                 let mut files = folders.iter().flatten().filter(|path| path.ends_with(file));
                 let is_known = files.any(|path| {
@@ -476,7 +476,7 @@ mod tests {
                 });
                 assert!(is_known, "no test {test}: {title}");
             }
-            for oracle in oracles {
+            for oracle in quoted(oracles) {
                 let target = root.join(format!("fuzz/fuzz_targets/{oracle}.rs"));
                 assert!(target.exists(), "no fuzz target {oracle}: {title}");
             }

@@ -101,7 +101,7 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
 fn list(prover: &Prover) -> Result<()> {
     let harnesses = prover.list()?;
     for theorem in theorems(&prover.root)? {
-        println!("{}", theorem.title);
+        println!("{}", theorem.title());
         for harness in harnesses.iter().filter(|one| theorem.is_shown_by(one)) {
             println!("     {harness}");
         }
