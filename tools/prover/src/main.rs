@@ -59,7 +59,7 @@ struct Arguments {
     #[arg(long, conflicts_with = "json")]
     fail_fast: bool,
 
-    /// Print the results as JSON
+    /// Print the outcomes as JSON
     #[arg(long)]
     json: bool,
 }
@@ -68,7 +68,7 @@ struct Arguments {
 enum Action {
     /// Check the harnesses
     Prove,
-    /// List the harnesses
+    /// List the harnesses as JSON
     List,
     /// Check the harnesses with the compiler and clippy; a warning is an error
     Clippy,
@@ -120,16 +120,10 @@ fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result
     Ok(harnesses)
 }
 
+/// Prints the harnesses as JSON.
 fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
     let files = c_file::read(arguments.c_folder.as_deref())?;
-    let harnesses = selected(sources, &files, arguments)?;
-    if arguments.json {
-        println!("{}", json!(harnesses));
-        return Ok(());
-    }
-    for harness in harnesses {
-        println!("{}", harness.name);
-    }
+    println!("{}", json!(selected(sources, &files, arguments)?));
     Ok(())
 }
 

@@ -96,14 +96,3 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     all.sort();
     Ok(all)
 }
-
-/// Returns the targets of `[text](target)` and of `[text]: target`, without fragments.
-#[cfg(test)]
-pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
-    let inline = text.split("](").skip(1);
-    let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
-    let named = text.lines().filter_map(|line| line.strip_prefix('['));
-    let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
-    let all = inline.chain(named);
-    all.filter_map(|link| link.split('#').next())
-}
