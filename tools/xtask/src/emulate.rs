@@ -34,9 +34,7 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
     }
     if arguments.iter().any(|one| one == "--help" || one == "-h") {
         println!(
-            "`cargo xtask emulate` runs the emulator with the options below. It builds the firmware and gives the \
-             emulator\nits ELF, unless you choose another with --elf. It also shows each setpoint. Example:\n\n  \
-             cargo xtask emulate --input pty\n"
+            "Builds the firmware and gives the emulator its ELF, unless you choose one with --elf.\n"
         );
     }
     // Replace this process, so that only the emulator receives Ctrl-C.
