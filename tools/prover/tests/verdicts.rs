@@ -2,6 +2,7 @@
 
 #![expect(clippy::indexing_slicing, reason = "a missing element fails the test")]
 
+use std::path::Path;
 use std::process::Command;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -12,24 +13,19 @@ use serde_json::Value;
 /// The limit for a run of the prover, which may compile the harnesses first.
 const LIMIT: Duration = Duration::from_secs(1800);
 
+/// Each test holds this lock, because all runs of the prover use the same folders.
+static ONE: Mutex<()> = Mutex::new(());
+
 fn prover(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
     command
-        .args([
-            "--format",
-            "json",
-            "--package",
-            "framelock-checked-harnesses",
-        ])
+        .args(["--json", "--package", "framelock-checked-harnesses"])
         .args(arguments);
     command
 }
 
 /// Runs the prover. Returns the answer for each harness, by name.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
-    // Run the prover only once at a time, because all runs build and unpack into the same folder.
-    static ONE: Mutex<()> = Mutex::new(());
-    let _one = ONE.lock();
     let output = run_within(LIMIT, &mut prover(arguments), b"").expect("the prover starts");
     let said = String::from_utf8_lossy(&output.stderr);
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
@@ -65,6 +61,7 @@ fn faults() -> Vec<(&'static str, &'static str, &'static str)> {
 #[test]
 #[ignore = "needs CBMC and takes a minute: `cargo xtask verify --all` runs it"]
 fn every_fault_is_found_and_nothing_else() {
+    let _one = ONE.lock();
     let all_but_one = ["fails::", "holds::", "offline::value", "offline::floating"];
     let answers = answers(&all_but_one.map(|name| ["--harness", name]).concat());
     let faults = faults();
@@ -88,13 +85,16 @@ fn every_fault_is_found_and_nothing_else() {
 #[test]
 #[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
 fn proved_harnesses_are_not_checked_again_but_failed_ones_are() {
+    let _one = ONE.lock();
     let harnesses = [
         "--harness",
         "holds::",
         "--harness",
         "fails::false_assertion",
     ];
-    let anew = answers(&[&harnesses[..], &["--anew"]].concat());
+    let proofs = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("prove/proofs");
+    let _ = std::fs::remove_dir_all(proofs);
+    let anew = answers(&harnesses);
     let again = answers(&harnesses);
     assert_eq!(anew.len(), again.len());
     for (name, answer) in &anew {
@@ -109,6 +109,7 @@ fn proved_harnesses_are_not_checked_again_but_failed_ones_are() {
 #[test]
 #[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
 fn at_the_time_limit_no_process_is_left_running() {
+    let _one = ONE.lock();
     let answers = answers(&["--harness", "takes_too_long", "--timeout", "2"]);
     let answer = &answers["offline::proof_that_takes_too_long"];
     assert_eq!(answer["verdict"], "no_answer_in_time");

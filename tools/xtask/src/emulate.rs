@@ -1,12 +1,11 @@
 //! `cargo xtask emulate`: runs the firmware on an emulated board.
 
+use std::os::unix::process::CommandExt as _;
 use std::process::Command;
 
 use anyhow::Result;
 
 use crate::workspace::Workspace;
-#[cfg(not(unix))]
-use crate::workspace::run;
 
 /// Run the firmware on an emulated board; see `cargo xtask emulate --help`
 #[derive(clap::Args)]
@@ -35,22 +34,9 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
     }
     if arguments.iter().any(|one| one == "--help" || one == "-h") {
         println!(
-            "`cargo xtask emulate` runs the emulator with the options below. It builds the firmware and gives the \
-             emulator\nits ELF, unless you choose another with --elf. It also shows each setpoint. Example:\n\n  \
-             cargo xtask emulate --input pty\n"
+            "Builds the firmware and gives the emulator its ELF, unless you choose one with --elf.\n"
         );
     }
-    become_program(emulator)
-}
-
-/// Replaces this process, so that only the emulator receives Ctrl-C.
-#[cfg(unix)]
-fn become_program(mut command: Command) -> Result<()> {
-    use std::os::unix::process::CommandExt as _;
-    Err(command.exec().into())
-}
-
-#[cfg(not(unix))]
-fn become_program(mut command: Command) -> Result<()> {
-    run(&mut command)
+    // Replace this process, so that only the emulator receives Ctrl-C.
+    Err(emulator.exec().into())
 }
