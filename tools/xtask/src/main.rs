@@ -1,6 +1,7 @@
 //! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
 //! theorems.
 
+mod board;
 mod bugs;
 mod emulate;
 mod firmware;
@@ -40,6 +41,7 @@ enum Task {
         #[arg(long)]
         open: bool,
     },
+    Board(board::Arguments),
     #[command(hide = true)]
     Interface(interface::Arguments),
     /// Check that contradictory settings of the firmware do not compile
@@ -71,6 +73,7 @@ fn run(task: &Task) -> Result<bool> {
         Task::Web { open } => {
             workspace::run(workspace.script(&["page"]).args(open.then_some("--open")))?;
         }
+        Task::Board(arguments) => return board::board(workspace, arguments),
         Task::Interface(arguments) => interface::interface(arguments)?,
         Task::Contradictions => firmware::contradictions(workspace)?,
     }

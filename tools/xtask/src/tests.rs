@@ -125,13 +125,3 @@ fn the_archives_for_c_and_arduino_contain_every_header() {
         }
     }
 }
-
-#[test]
-fn the_issue_template_asks_for_the_report_of_a_board() {
-    let template = include_str!("../../../.github/ISSUE_TEMPLATE/board.yml");
-    let guide = include_str!("../../../docs/board.md");
-    for line in ["--- framelock board report ---", "--- end ---"] {
-        assert!(template.contains(line) && guide.contains(line));
-    }
-    assert!(template.contains("cargo run --release --bin self-test"));
-}
