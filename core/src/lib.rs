@@ -144,9 +144,9 @@ pub use fixed_format::{Encode, FixedFormat, FrameBytes, Shape};
 pub use format::verification as any_format;
 pub use format::{Classification, EncodeError, EncodeInto, Format, Frame};
 pub use line::{Counters, Discarded, Line, LineEvent, LineEvents};
-pub use packets::{PacketFormat, PacketReceiver};
+pub use packets::PacketReceiver;
 pub use parser::{DiscardReason, Found, Parser};
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 pub use reader::Reader;
 pub use receiver::Receiver;
-pub use stuffing::{Codes, Stuffing};
+pub use stuffing::{Codes, PacketFormat, Stuffing};

@@ -6,30 +6,17 @@ use core::mem::replace;
 
 use crate::parser::parser_by_own_functions;
 use crate::stuffing::{Meaning, Unstuffing};
-use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Parser, Stuffing};
+use crate::{
+    Classification, DiscardReason, Found, Frame, LineEvent, PacketFormat, Parser, Stuffing,
+};
 
 #[cfg(kani)]
 mod verification;
 
-/// A format of packets between delimiters. [`classify`](Format::classify), [`decode`](Format::decode) and
-/// [`LONGEST`](Format::LONGEST) concern unstuffed bytes, without delimiters.
-///
-/// * If a packet ends only with its delimiter, `classify` answers [`Incomplete`](Classification::Incomplete) until
-///   `LONGEST` bytes have arrived, and then rejects them. So `LONGEST` is one more than the longest packet has. At the
-///   delimiter the receiver asks [`classify_before`](Format::classify_before), with [`LineEvent::Idle`], whether the
-///   whole packet is a frame.
-/// * If a frame ends by itself, for example because the packet begins with its length, implement only `classify`. The
-///   receiver delivers the frame with its last byte, and discards the bytes up to the next delimiter.
-pub trait PacketFormat: Format {
-    /// Returns the byte stuffing. Return a constant if you can, because the compiler then removes the code for other
-    /// ways of stuffing.
-    fn stuffing(&self) -> Stuffing;
-}
-
 /// The receiver of packets between delimiters, such as those of SLIP, HDLC, COBS and DLE framing.
 ///
 /// It consists of the format, a buffer `B`, and 4 words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or
-/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`] bytes. More bytes have no
+/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST) bytes. More bytes have no
 /// use.
 ///
 /// # The rule
@@ -168,7 +155,7 @@ impl<T: FnMut(usize, DiscardReason)> Report for T {}
 impl<F: PacketFormat, const N: usize> PacketReceiver<F, [u8; N]> {
     /// Creates a receiver that has an array as its buffer and has received nothing yet.
     ///
-    /// An array shorter than [`Format::LONGEST`] does not compile.
+    /// An array shorter than [`Format::LONGEST`](crate::Format::LONGEST) does not compile.
     #[must_use]
     pub const fn new(format: F) -> Self {
         const {
@@ -199,7 +186,7 @@ impl<F, B> PacketReceiver<F, B> {
 impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// Creates a receiver that keeps the packet in `buffer`: a borrowed slice, or a `Vec`.
     ///
-    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) packet.
+    /// Returns `None` if the buffer is shorter than the format's [`longest`](crate::Format::longest) packet.
     #[must_use]
     pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();

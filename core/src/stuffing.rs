@@ -1,5 +1,7 @@
 //! Byte stuffing: how a sender marks the ends of packets whose content may have any bytes.
 
+use crate::Format;
+
 /// The way in which a sender separates packets.
 ///
 /// The *delimiter* is a byte, or a pair of bytes, that never occurs within a packet. The sender replaces each byte of the
@@ -56,6 +58,21 @@ pub enum Codes {
         /// The code for the escape byte.
         escape: u8,
     },
+}
+
+/// A format of packets between delimiters. [`classify`](Format::classify), [`decode`](Format::decode) and
+/// [`LONGEST`](Format::LONGEST) concern unstuffed bytes, without delimiters.
+///
+/// * If a packet ends only with its delimiter, `classify` answers [`Incomplete`](crate::Classification::Incomplete) until
+///   `LONGEST` bytes have arrived, and then rejects them. So `LONGEST` is one more than the longest packet has. At the
+///   delimiter the receiver asks [`classify_before`](Format::classify_before), with [`LineEvent::Idle`](crate::LineEvent::Idle), whether the
+///   whole packet is a frame.
+/// * If a frame ends by itself, for example because the packet begins with its length, implement only `classify`. The
+///   receiver delivers the frame with its last byte, and discards the bytes up to the next delimiter.
+pub trait PacketFormat: Format {
+    /// Returns the byte stuffing. Return a constant if you can, because the compiler then removes the code for other
+    /// ways of stuffing.
+    fn stuffing(&self) -> Stuffing;
 }
 
 impl Codes {

@@ -155,14 +155,7 @@ where
         }
         // A line event may come after bytes about which `push` has not decided.
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
-            let (mut stepped, mut found_by_steps) = (pushed.clone(), frames.clone());
-            while stepped.poll_step(|found| {
-                found_by_steps.extend(found.message().map(|frame| frame.message().to_vec()));
-            }) {}
-            while let Some(frame) = pushed.poll() {
-                frames.push(frame.message().to_vec());
-            }
-            assert_eq!(found_by_steps, frames, "poll in steps: {steps:02X?}");
+            frames.extend(polled(&mut pushed));
             assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
         }
 
@@ -218,6 +211,22 @@ where
         }
     }
     counted.counters
+}
+
+/// Polls the line, and returns the frames. Asserts that polling in steps finds the same frames.
+fn polled<F>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>) -> Vec<Vec<u8>>
+where
+    F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
+{
+    let (mut stepped, mut found_by_steps, mut frames) = (line.clone(), Vec::new(), Vec::new());
+    while stepped.poll_step(|found| {
+        found_by_steps.extend(found.message().map(|frame| frame.message().to_vec()));
+    }) {}
+    while let Some(frame) = line.poll() {
+        frames.push(frame.message().to_vec());
+    }
+    assert_eq!(found_by_steps, frames, "poll in steps");
+    frames
 }
 
 /// Gives a slice to the line in one of three ways.
