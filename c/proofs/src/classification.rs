@@ -156,7 +156,7 @@ for_formats! {
 }
 
 mod modbus_rtu {
-    use super::*;
+    use super::{ModbusRtu, same};
 
     #[kani::proof]
     #[kani::unwind(10)]

@@ -69,7 +69,7 @@ impl<K: Kind, const L: usize> Accepting<K, L> {
         Self { accepted, kind }
     }
 
-    fn accepts(&self, packet: &[u8]) -> bool {
+    fn accepts(self, packet: &[u8]) -> bool {
         let mut xor = 0;
         let mut at = 0;
         while at < packet.len() {
@@ -106,7 +106,6 @@ impl<K: Kind, const L: usize> Format for Accepting<K, L> {
 }
 
 impl<K: Kind, const L: usize> PacketFormat for Accepting<K, L> {
-    #[inline(always)]
     fn stuffing(&self) -> Stuffing {
         K::STUFFING
     }
@@ -206,17 +205,17 @@ fn fits<F: PacketFormat, const L: usize>(receiver: &PacketReceiver<F, [u8; L]>) 
         return pending <= 1;
     }
     let missing = receiver.unstuffing.missing;
-    let mut received = 1 + usize::from(start.is_some()) + usize::from(missing);
+    let mut expected = 1 + usize::from(start.is_some()) + usize::from(missing);
     let mut at = 0;
     while at < L {
         if at < length {
-            received += 1 + usize::from(receiver.buffer[at] == escape);
+            expected += 1 + usize::from(receiver.buffer[at] == escape);
         }
         at += 1;
     }
     length <= L
         && missing <= 1
         && receiver.ask_at == usize::MAX
-        && pending == received
+        && pending == expected
         && (start.is_some() || length > 0 && receiver.buffer[0] != escape)
 }

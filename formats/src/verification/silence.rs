@@ -36,7 +36,7 @@ fn silence_ends_a_frame() {
         sync: patterns(&syncs),
         length: Length::Silence,
         shortest: kani::any_where(|&shortest| shortest >= 2),
-        longest: kani::any_where(|&longest| 2 <= longest && longest < usize::MAX),
+        longest: kani::any_where(|longest| (2..usize::MAX).contains(longest)),
         checksum: Some(Checksum {
             algorithm: Algorithm::Xor,
             ..Checksum::at_the_end(1)

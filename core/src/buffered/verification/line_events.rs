@@ -85,8 +85,8 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
     }
     let start = if next == end { 0 } else { next };
     assert!(fits(&receiver, start, end - next, settled_at));
-    let has_begun = is_event && (had_begun || before.is_some());
-    assert!(next == end || receiver.has_rule_begun() == has_begun);
+    let is_ending = is_event && (had_begun || before.is_some());
+    assert!(next == end || receiver.has_rule_begun() == is_ending);
     kani::cover!(frame == Some(most), "a whole frame");
     kani::cover!(
         frame == Some(L - 1) && before.is_some() == is_event,

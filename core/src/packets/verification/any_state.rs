@@ -11,23 +11,26 @@ const LONGEST: usize = 3;
 fn byte_is_placed(stuffing: Stuffing) {
     let mut receiver = any_receiver::<_, LONGEST>(Lawless::<LONGEST>(stuffing));
     let before = receiver.pending() + 1;
-    let (mut placed, mut received) = (0, 0);
+    let (mut placed, mut frame_bytes) = (0, 0);
     let frame = receiver.push_with(kani::any(), |one| {
         assert!(one.bytes() > 0);
         // A frame is the last outcome.
-        assert!(received == 0);
+        assert!(frame_bytes == 0);
         if let Found::Frame { length, .. } = one {
-            received = length;
+            frame_bytes = length;
         }
         placed += one.bytes();
     });
     let frame = frame.map(|frame| frame.bytes().len());
-    assert!(frame.is_some() == (received > 0));
+    assert!(frame.is_some() == (frame_bytes > 0));
     assert!(frame.is_none_or(|length| 0 < length && length <= LONGEST));
     assert!(placed + receiver.pending() == before);
     assert!(fits(&receiver));
     kani::cover!(frame == Some(LONGEST), "the longest frame");
-    kani::cover!(placed > received && frame.is_none(), "bytes are discarded");
+    kani::cover!(
+        placed > frame_bytes && frame.is_none(),
+        "bytes are discarded"
+    );
 }
 
 /// After a line event, each byte that was pending is in one outcome, or stays pending after a delimiter.

@@ -136,22 +136,19 @@ fn packet_is_delivered<K: Kind>(kind: K) {
         frame.len() == packet.length
             && (place >= frame.len() || frame[place] == packet.bytes[place])
     };
-    match stuffing.delimiter() {
-        Some(delimiter) => {
-            let frame = receiver.push(delimiter);
-            assert!(frame.is_some() == is_frame);
-            assert!(frame.is_none_or(|frame| is_right(frame.bytes())));
-        }
-        None => {
-            let mut frames = 0;
-            receiver.line_event(LineEvent::Break, |one| {
-                if let Some(frame) = one.message() {
-                    assert!(is_right(frame.bytes()));
-                    frames += 1;
-                }
-            });
-            assert!(frames == usize::from(is_frame));
-        }
+    if let Some(delimiter) = stuffing.delimiter() {
+        let frame = receiver.push(delimiter);
+        assert!(frame.is_some() == is_frame);
+        assert!(frame.is_none_or(|frame| is_right(frame.bytes())));
+    } else {
+        let mut frames = 0;
+        receiver.line_event(LineEvent::Break, |one| {
+            if let Some(frame) = one.message() {
+                assert!(is_right(frame.bytes()));
+                frames += 1;
+            }
+        });
+        assert!(frames == usize::from(is_frame));
     }
     kani::cover!(
         is_frame && packet.length + 1 == LONGEST,

@@ -49,14 +49,14 @@ fn packet_ends<K: Kind>(kind: K, code: u8, content: u8, rest: &[u8]) {
         assert!(receiver.push(rest[at]).is_none());
         at += 1;
     }
-    let mut received = 0;
+    let mut frame_bytes = 0;
     let frame = receiver.push_with(rest[at], |one| {
         if let Found::Frame { length, .. } = one {
-            received = length;
+            frame_bytes = length;
         }
     });
     let frame = frame.unwrap().bytes();
-    assert!(received == whole && frame.len() == 1 && frame[0] == content);
+    assert!(frame_bytes == whole && frame.len() == 1 && frame[0] == content);
     kani::cover!(before > 1, "inside an earlier packet");
 }
 
