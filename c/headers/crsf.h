@@ -244,11 +244,12 @@ static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, crsf_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return CRSF_LINE_EVENT;
 }
 
@@ -343,8 +344,8 @@ static inline void crsf_forget(crsf_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as CRSF_LINE_EVENT. */
+static inline uint8_t crsf_next(crsf_receiver *receiver, bool has_waited, bool *again)
 {
     crsf_outcome outcome;
     uint8_t number = 0U;
@@ -361,7 +362,7 @@ static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            crsf_count_discarded(receiver, CRSF_NO_SYNC, (uint8_t)(receiver->from - start));
+            crsf_count_discarded(receiver, has_waited ? CRSF_LINE_EVENT : CRSF_NO_SYNC, (uint8_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -383,7 +384,7 @@ static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    crsf_count_discarded(receiver, outcome, 1U);
+    crsf_count_discarded(receiver, has_waited ? CRSF_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -425,7 +426,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = crsf_next(receiver, &again);
+    length = crsf_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -440,7 +441,7 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = crsf_next(receiver, &again);
+        length = crsf_next(receiver, false, &again);
         if (length > 0U) {
             crsf_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -449,41 +450,45 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     return false;
 }
 
-/* Does the same as `crsf_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool crsf_poll_end(crsf_receiver *receiver, crsf_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t crsf_end_first(crsf_receiver *receiver, crsf_event event)
 {
-    crsf_outcome outcome;
     uint8_t number = 0U;
+    const crsf_outcome outcome =
+        crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    if (crsf_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == CRSF_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
         crsf_count_frame(receiver, number);
-        crsf_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     crsf_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
     void (*received)(void *context, const crsf_message *message), void *context)
 {
     crsf_message message;
+    uint8_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (crsf_poll_end(receiver, &message) && (received != NULL)) {
+        length = crsf_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = crsf_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            crsf_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

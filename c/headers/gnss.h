@@ -563,11 +563,12 @@ static inline gnss_kind gnss_kind_of(const uint8_t *frame, uint16_t length)
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, gnss_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return GNSS_LINE_EVENT;
 }
 
@@ -801,8 +802,8 @@ static inline void gnss_forget(gnss_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as GNSS_LINE_EVENT. */
+static inline uint16_t gnss_next(gnss_receiver *receiver, bool has_waited, bool *again)
 {
     gnss_outcome outcome;
     uint16_t number = 0U;
@@ -819,7 +820,7 @@ static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            gnss_count_discarded(receiver, GNSS_NO_SYNC, (uint16_t)(receiver->from - start));
+            gnss_count_discarded(receiver, has_waited ? GNSS_LINE_EVENT : GNSS_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -841,7 +842,7 @@ static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    gnss_count_discarded(receiver, outcome, 1U);
+    gnss_count_discarded(receiver, has_waited ? GNSS_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -883,7 +884,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = gnss_next(receiver, &again);
+    length = gnss_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -898,7 +899,7 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = gnss_next(receiver, &again);
+        length = gnss_next(receiver, false, &again);
         if (length > 0U) {
             gnss_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -907,41 +908,45 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     return false;
 }
 
-/* Does the same as `gnss_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool gnss_poll_end(gnss_receiver *receiver, gnss_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t gnss_end_first(gnss_receiver *receiver, gnss_event event)
 {
-    gnss_outcome outcome;
     uint16_t number = 0U;
+    const gnss_outcome outcome =
+        gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (gnss_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == GNSS_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         gnss_count_frame(receiver, number);
-        gnss_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     gnss_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
     void (*received)(void *context, const gnss_message *message), void *context)
 {
     gnss_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (gnss_poll_end(receiver, &message) && (received != NULL)) {
+        length = gnss_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = gnss_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            gnss_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

@@ -220,11 +220,12 @@ static inline ibus_outcome ibus_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t count, ibus_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return IBUS_LINE_EVENT;
 }
 
@@ -317,8 +318,8 @@ static inline void ibus_forget(ibus_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint8_t ibus_next(ibus_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as IBUS_LINE_EVENT. */
+static inline uint8_t ibus_next(ibus_receiver *receiver, bool has_waited, bool *again)
 {
     ibus_outcome outcome;
     uint8_t number = 0U;
@@ -335,7 +336,7 @@ static inline uint8_t ibus_next(ibus_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            ibus_count_discarded(receiver, IBUS_NO_SYNC, (uint8_t)(receiver->from - start));
+            ibus_count_discarded(receiver, has_waited ? IBUS_LINE_EVENT : IBUS_NO_SYNC, (uint8_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -357,7 +358,7 @@ static inline uint8_t ibus_next(ibus_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    ibus_count_discarded(receiver, outcome, 1U);
+    ibus_count_discarded(receiver, has_waited ? IBUS_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -399,7 +400,7 @@ IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = ibus_next(receiver, &again);
+    length = ibus_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -414,7 +415,7 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = ibus_next(receiver, &again);
+        length = ibus_next(receiver, false, &again);
         if (length > 0U) {
             ibus_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -423,41 +424,45 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     return false;
 }
 
-/* Does the same as `ibus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool ibus_poll_end(ibus_receiver *receiver, ibus_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t ibus_end_first(ibus_receiver *receiver, ibus_event event)
 {
-    ibus_outcome outcome;
     uint8_t number = 0U;
+    const ibus_outcome outcome =
+        ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    if (ibus_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = ibus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == IBUS_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
         ibus_count_frame(receiver, number);
-        ibus_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     ibus_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
     void (*received)(void *context, const ibus_message *message), void *context)
 {
     ibus_message message;
+    uint8_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_poll_end(receiver, &message) && (received != NULL)) {
+        length = ibus_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = ibus_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            ibus_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

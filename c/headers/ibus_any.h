@@ -214,11 +214,12 @@ static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t c
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, uint8_t count, ibus_any_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return IBUS_ANY_LINE_EVENT;
 }
 
@@ -315,8 +316,8 @@ static inline void ibus_any_forget(ibus_any_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as IBUS_ANY_LINE_EVENT. */
+static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool has_waited, bool *again)
 {
     ibus_any_outcome outcome;
     uint8_t number = 0U;
@@ -333,7 +334,7 @@ static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            ibus_any_count_discarded(receiver, IBUS_ANY_NO_SYNC, (uint8_t)(receiver->from - start));
+            ibus_any_count_discarded(receiver, has_waited ? IBUS_ANY_LINE_EVENT : IBUS_ANY_NO_SYNC, (uint8_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -355,7 +356,7 @@ static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    ibus_any_count_discarded(receiver, outcome, 1U);
+    ibus_any_count_discarded(receiver, has_waited ? IBUS_ANY_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -397,7 +398,7 @@ IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, 
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = ibus_any_next(receiver, &again);
+    length = ibus_any_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -412,7 +413,7 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = ibus_any_next(receiver, &again);
+        length = ibus_any_next(receiver, false, &again);
         if (length > 0U) {
             ibus_any_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -421,41 +422,45 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     return false;
 }
 
-/* Does the same as `ibus_any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool ibus_any_poll_end(ibus_any_receiver *receiver, ibus_any_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t ibus_any_end_first(ibus_any_receiver *receiver, ibus_any_event event)
 {
-    ibus_any_outcome outcome;
     uint8_t number = 0U;
+    const ibus_any_outcome outcome =
+        ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    if (ibus_any_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = ibus_any_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == IBUS_ANY_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
         ibus_any_count_frame(receiver, number);
-        ibus_any_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     ibus_any_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any_event event,
     void (*received)(void *context, const ibus_any_message *message), void *context)
 {
     ibus_any_message message;
+    uint8_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_any_poll_end(receiver, &message) && (received != NULL)) {
+        length = ibus_any_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = ibus_any_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            ibus_any_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

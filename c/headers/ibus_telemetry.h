@@ -220,11 +220,12 @@ static inline ibus_telemetry_outcome ibus_telemetry_classify(const uint8_t *byte
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ibus_telemetry_outcome ibus_telemetry_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline ibus_telemetry_outcome ibus_telemetry_classify_before(const uint8_t *bytes, uint8_t count, ibus_telemetry_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return IBUS_TELEMETRY_LINE_EVENT;
 }
 
@@ -344,8 +345,8 @@ static inline void ibus_telemetry_forget(ibus_telemetry_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint8_t ibus_telemetry_next(ibus_telemetry_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as IBUS_TELEMETRY_LINE_EVENT. */
+static inline uint8_t ibus_telemetry_next(ibus_telemetry_receiver *receiver, bool has_waited, bool *again)
 {
     ibus_telemetry_outcome outcome;
     uint8_t number = 0U;
@@ -362,7 +363,7 @@ static inline uint8_t ibus_telemetry_next(ibus_telemetry_receiver *receiver, boo
             receiver->from++;
         }
         if (receiver->from > start) {
-            ibus_telemetry_count_discarded(receiver, IBUS_TELEMETRY_NO_SYNC, (uint8_t)(receiver->from - start));
+            ibus_telemetry_count_discarded(receiver, has_waited ? IBUS_TELEMETRY_LINE_EVENT : IBUS_TELEMETRY_NO_SYNC, (uint8_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -384,7 +385,7 @@ static inline uint8_t ibus_telemetry_next(ibus_telemetry_receiver *receiver, boo
         return number;
     }
     receiver->from++;
-    ibus_telemetry_count_discarded(receiver, outcome, 1U);
+    ibus_telemetry_count_discarded(receiver, has_waited ? IBUS_TELEMETRY_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -426,7 +427,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiv
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = ibus_telemetry_next(receiver, &again);
+    length = ibus_telemetry_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -441,7 +442,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = ibus_telemetry_next(receiver, &again);
+        length = ibus_telemetry_next(receiver, false, &again);
         if (length > 0U) {
             ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -450,41 +451,45 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
     return false;
 }
 
-/* Does the same as `ibus_telemetry_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool ibus_telemetry_poll_end(ibus_telemetry_receiver *receiver, ibus_telemetry_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t ibus_telemetry_end_first(ibus_telemetry_receiver *receiver, ibus_telemetry_event event)
 {
-    ibus_telemetry_outcome outcome;
     uint8_t number = 0U;
+    const ibus_telemetry_outcome outcome =
+        ibus_telemetry_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    if (ibus_telemetry_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = ibus_telemetry_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == IBUS_TELEMETRY_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
         ibus_telemetry_count_frame(receiver, number);
-        ibus_telemetry_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     ibus_telemetry_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *receiver, ibus_telemetry_event event,
     void (*received)(void *context, const ibus_telemetry_message *message), void *context)
 {
     ibus_telemetry_message message;
+    uint8_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ibus_telemetry_poll_end(receiver, &message) && (received != NULL)) {
+        length = ibus_telemetry_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = ibus_telemetry_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

@@ -600,11 +600,12 @@ static inline mavlink_kind mavlink_kind_of(const uint8_t *frame, uint16_t length
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, mavlink_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK_LINE_EVENT;
 }
 
@@ -838,8 +839,8 @@ static inline void mavlink_forget(mavlink_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK_LINE_EVENT. */
+static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink_outcome outcome;
     uint16_t number = 0U;
@@ -856,7 +857,7 @@ static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            mavlink_count_discarded(receiver, MAVLINK_NO_SYNC, (uint16_t)(receiver->from - start));
+            mavlink_count_discarded(receiver, has_waited ? MAVLINK_LINE_EVENT : MAVLINK_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -878,7 +879,7 @@ static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    mavlink_count_discarded(receiver, outcome, 1U);
+    mavlink_count_discarded(receiver, has_waited ? MAVLINK_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -920,7 +921,7 @@ MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mav
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = mavlink_next(receiver, &again);
+    length = mavlink_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -935,7 +936,7 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = mavlink_next(receiver, &again);
+        length = mavlink_next(receiver, false, &again);
         if (length > 0U) {
             mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -944,41 +945,45 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     return false;
 }
 
-/* Does the same as `mavlink_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool mavlink_poll_end(mavlink_receiver *receiver, mavlink_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink_end_first(mavlink_receiver *receiver, mavlink_event event)
 {
-    mavlink_outcome outcome;
     uint16_t number = 0U;
+    const mavlink_outcome outcome =
+        mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (mavlink_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         mavlink_count_frame(receiver, number);
-        mavlink_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     mavlink_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_event event,
     void (*received)(void *context, const mavlink_message *message), void *context)
 {
     mavlink_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink_poll_end(receiver, &message) && (received != NULL)) {
+        length = mavlink_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = mavlink_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            mavlink_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

@@ -342,11 +342,12 @@ static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t 
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, mavlink1_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK1_LINE_EVENT;
 }
 
@@ -455,8 +456,8 @@ static inline void mavlink1_forget(mavlink1_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK1_LINE_EVENT. */
+static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink1_outcome outcome;
     uint16_t number = 0U;
@@ -473,7 +474,7 @@ static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            mavlink1_count_discarded(receiver, MAVLINK1_NO_SYNC, (uint16_t)(receiver->from - start));
+            mavlink1_count_discarded(receiver, has_waited ? MAVLINK1_LINE_EVENT : MAVLINK1_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -495,7 +496,7 @@ static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    mavlink1_count_discarded(receiver, outcome, 1U);
+    mavlink1_count_discarded(receiver, has_waited ? MAVLINK1_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -537,7 +538,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = mavlink1_next(receiver, &again);
+    length = mavlink1_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -552,7 +553,7 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = mavlink1_next(receiver, &again);
+        length = mavlink1_next(receiver, false, &again);
         if (length > 0U) {
             mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -561,41 +562,45 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     return false;
 }
 
-/* Does the same as `mavlink1_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool mavlink1_poll_end(mavlink1_receiver *receiver, mavlink1_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink1_end_first(mavlink1_receiver *receiver, mavlink1_event event)
 {
-    mavlink1_outcome outcome;
     uint16_t number = 0U;
+    const mavlink1_outcome outcome =
+        mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (mavlink1_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK1_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         mavlink1_count_frame(receiver, number);
-        mavlink1_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     mavlink1_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1_event event,
     void (*received)(void *context, const mavlink1_message *message), void *context)
 {
     mavlink1_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink1_poll_end(receiver, &message) && (received != NULL)) {
+        length = mavlink1_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = mavlink1_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            mavlink1_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

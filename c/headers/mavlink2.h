@@ -387,11 +387,12 @@ static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t 
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, mavlink2_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return MAVLINK2_LINE_EVENT;
 }
 
@@ -525,8 +526,8 @@ static inline void mavlink2_forget(mavlink2_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK2_LINE_EVENT. */
+static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink2_outcome outcome;
     uint16_t number = 0U;
@@ -543,7 +544,7 @@ static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            mavlink2_count_discarded(receiver, MAVLINK2_NO_SYNC, (uint16_t)(receiver->from - start));
+            mavlink2_count_discarded(receiver, has_waited ? MAVLINK2_LINE_EVENT : MAVLINK2_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -565,7 +566,7 @@ static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    mavlink2_count_discarded(receiver, outcome, 1U);
+    mavlink2_count_discarded(receiver, has_waited ? MAVLINK2_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -607,7 +608,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = mavlink2_next(receiver, &again);
+    length = mavlink2_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -622,7 +623,7 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = mavlink2_next(receiver, &again);
+        length = mavlink2_next(receiver, false, &again);
         if (length > 0U) {
             mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -631,41 +632,45 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     return false;
 }
 
-/* Does the same as `mavlink2_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool mavlink2_poll_end(mavlink2_receiver *receiver, mavlink2_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t mavlink2_end_first(mavlink2_receiver *receiver, mavlink2_event event)
 {
-    mavlink2_outcome outcome;
     uint16_t number = 0U;
+    const mavlink2_outcome outcome =
+        mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (mavlink2_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK2_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         mavlink2_count_frame(receiver, number);
-        mavlink2_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     mavlink2_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2_event event,
     void (*received)(void *context, const mavlink2_message *message), void *context)
 {
     mavlink2_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (mavlink2_poll_end(receiver, &message) && (received != NULL)) {
+        length = mavlink2_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = mavlink2_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            mavlink2_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

@@ -332,11 +332,12 @@ static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, u
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, nmea_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return NMEA_LINE_EVENT;
 }
 
@@ -429,8 +430,8 @@ static inline void nmea_forget(nmea_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as NMEA_LINE_EVENT. */
+static inline uint16_t nmea_next(nmea_receiver *receiver, bool has_waited, bool *again)
 {
     nmea_outcome outcome;
     uint16_t number = 0U;
@@ -447,7 +448,7 @@ static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            nmea_count_discarded(receiver, NMEA_NO_SYNC, (uint16_t)(receiver->from - start));
+            nmea_count_discarded(receiver, has_waited ? NMEA_LINE_EVENT : NMEA_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -469,7 +470,7 @@ static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    nmea_count_discarded(receiver, outcome, 1U);
+    nmea_count_discarded(receiver, has_waited ? NMEA_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -511,7 +512,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = nmea_next(receiver, &again);
+    length = nmea_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -526,7 +527,7 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = nmea_next(receiver, &again);
+        length = nmea_next(receiver, false, &again);
         if (length > 0U) {
             nmea_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -535,41 +536,45 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     return false;
 }
 
-/* Does the same as `nmea_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool nmea_poll_end(nmea_receiver *receiver, nmea_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t nmea_end_first(nmea_receiver *receiver, nmea_event event)
 {
-    nmea_outcome outcome;
     uint16_t number = 0U;
+    const nmea_outcome outcome =
+        nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (nmea_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == NMEA_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         nmea_count_frame(receiver, number);
-        nmea_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     nmea_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
     void (*received)(void *context, const nmea_message *message), void *context)
 {
     nmea_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (nmea_poll_end(receiver, &message) && (received != NULL)) {
+        length = nmea_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = nmea_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            nmea_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

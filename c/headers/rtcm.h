@@ -249,11 +249,12 @@ static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, u
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, rtcm_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return RTCM_LINE_EVENT;
 }
 
@@ -340,8 +341,8 @@ static inline void rtcm_forget(rtcm_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as RTCM_LINE_EVENT. */
+static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool has_waited, bool *again)
 {
     rtcm_outcome outcome;
     uint16_t number = 0U;
@@ -358,7 +359,7 @@ static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            rtcm_count_discarded(receiver, RTCM_NO_SYNC, (uint16_t)(receiver->from - start));
+            rtcm_count_discarded(receiver, has_waited ? RTCM_LINE_EVENT : RTCM_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -380,7 +381,7 @@ static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    rtcm_count_discarded(receiver, outcome, 1U);
+    rtcm_count_discarded(receiver, has_waited ? RTCM_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -422,7 +423,7 @@ RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = rtcm_next(receiver, &again);
+    length = rtcm_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -437,7 +438,7 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = rtcm_next(receiver, &again);
+        length = rtcm_next(receiver, false, &again);
         if (length > 0U) {
             rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -446,41 +447,45 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     return false;
 }
 
-/* Does the same as `rtcm_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool rtcm_poll_end(rtcm_receiver *receiver, rtcm_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t rtcm_end_first(rtcm_receiver *receiver, rtcm_event event)
 {
-    rtcm_outcome outcome;
     uint16_t number = 0U;
+    const rtcm_outcome outcome =
+        rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (rtcm_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == RTCM_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         rtcm_count_frame(receiver, number);
-        rtcm_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     rtcm_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
     void (*received)(void *context, const rtcm_message *message), void *context)
 {
     rtcm_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (rtcm_poll_end(receiver, &message) && (received != NULL)) {
+        length = rtcm_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = rtcm_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            rtcm_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

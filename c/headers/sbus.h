@@ -222,11 +222,12 @@ static inline sbus_outcome sbus_classify(const uint8_t *bytes, uint8_t count, ui
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t count, uint8_t *number)
+static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t count, sbus_event event, uint8_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return SBUS_LINE_EVENT;
 }
 
@@ -334,8 +335,8 @@ static inline void sbus_forget(sbus_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint8_t sbus_next(sbus_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as SBUS_LINE_EVENT. */
+static inline uint8_t sbus_next(sbus_receiver *receiver, bool has_waited, bool *again)
 {
     sbus_outcome outcome;
     uint8_t number = 0U;
@@ -352,7 +353,7 @@ static inline uint8_t sbus_next(sbus_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            sbus_count_discarded(receiver, SBUS_NO_SYNC, (uint8_t)(receiver->from - start));
+            sbus_count_discarded(receiver, has_waited ? SBUS_LINE_EVENT : SBUS_NO_SYNC, (uint8_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -374,7 +375,7 @@ static inline uint8_t sbus_next(sbus_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    sbus_count_discarded(receiver, outcome, 1U);
+    sbus_count_discarded(receiver, has_waited ? SBUS_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -416,7 +417,7 @@ SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = sbus_next(receiver, &again);
+    length = sbus_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -431,7 +432,7 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = sbus_next(receiver, &again);
+        length = sbus_next(receiver, false, &again);
         if (length > 0U) {
             sbus_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -440,41 +441,45 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     return false;
 }
 
-/* Does the same as `sbus_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool sbus_poll_end(sbus_receiver *receiver, sbus_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint8_t sbus_end_first(sbus_receiver *receiver, sbus_event event)
 {
-    sbus_outcome outcome;
     uint8_t number = 0U;
+    const sbus_outcome outcome =
+        sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    if (sbus_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = sbus_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == SBUS_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
         sbus_count_frame(receiver, number);
-        sbus_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     sbus_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
     void (*received)(void *context, const sbus_message *message), void *context)
 {
     sbus_message message;
+    uint8_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (sbus_poll_end(receiver, &message) && (received != NULL)) {
+        length = sbus_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = sbus_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            sbus_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

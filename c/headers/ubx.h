@@ -231,11 +231,12 @@ static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uin
 }
 
 /* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
-static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, uint16_t *number)
+static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, ubx_event event, uint16_t *number)
 {
     (void)bytes;
     (void)count;
     (void)number;
+    (void)event;
     return UBX_LINE_EVENT;
 }
 
@@ -331,8 +332,8 @@ static inline void ubx_forget(ubx_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as UBX_LINE_EVENT. */
+static inline uint16_t ubx_next(ubx_receiver *receiver, bool has_waited, bool *again)
 {
     ubx_outcome outcome;
     uint16_t number = 0U;
@@ -349,7 +350,7 @@ static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            ubx_count_discarded(receiver, UBX_NO_SYNC, (uint16_t)(receiver->from - start));
+            ubx_count_discarded(receiver, has_waited ? UBX_LINE_EVENT : UBX_NO_SYNC, (uint16_t)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -371,7 +372,7 @@ static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    ubx_count_discarded(receiver, outcome, 1U);
+    ubx_count_discarded(receiver, has_waited ? UBX_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -413,7 +414,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = ubx_next(receiver, &again);
+    length = ubx_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -428,7 +429,7 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = ubx_next(receiver, &again);
+        length = ubx_next(receiver, false, &again);
         if (length > 0U) {
             ubx_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -437,41 +438,45 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     return false;
 }
 
-/* Does the same as `ubx_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool ubx_poll_end(ubx_receiver *receiver, ubx_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline uint16_t ubx_end_first(ubx_receiver *receiver, ubx_event event)
 {
-    ubx_outcome outcome;
     uint16_t number = 0U;
+    const ubx_outcome outcome =
+        ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    if (ubx_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == UBX_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
         ubx_count_frame(receiver, number);
-        ubx_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     ubx_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
     void (*received)(void *context, const ubx_message *message), void *context)
 {
     ubx_message message;
+    uint16_t length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (ubx_poll_end(receiver, &message) && (received != NULL)) {
+        length = ubx_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = ubx_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            ubx_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

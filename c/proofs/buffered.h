@@ -11,6 +11,8 @@
  *   MOST           the greatest number of bytes to classify
  *   TURNS          more iterations than any loop performs for these bytes
  *
+ *   IS_SILENT      defined if silence ends the frames
+ *
  * If the file also defines the following macros, there is a proof about the header's `encode`:
  *
  *   POINT          statements that point the message's pointers to at most PAYLOAD bytes
@@ -43,12 +45,24 @@ PROOF(classify, TURNS)
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));
+#ifndef IS_SILENT
     COVER(outcome == XX(INCOMPLETE) && number == count + 1U);
     COVER(outcome == XX(FRAME));
+#endif
 
-    const X(outcome) before = X(classify_before)(at, count, &number);
+    const uint8_t event = nondet_uint8();
 
+    ASSUME(event < XX(EVENTS));
+    const X(outcome) before = X(classify_before)(at, count, (X(event))event, &number);
+
+#ifdef IS_SILENT
+    /* Only silence ends a frame, and the frame has all bytes. */
+    ASSERT(before < XX(REASONS) ||
+        (before == XX(FRAME) && number == count && (event == XX(IDLE_LINE) || event == XX(BREAK))));
+    COVER(before == XX(FRAME));
+#else
     ASSERT(before == XX(LINE_EVENT) || (before == XX(FRAME) && number >= 1U && number <= count));
+#endif
 }
 
 #ifdef POINT
@@ -68,7 +82,11 @@ PROOF(encode, ENCODE_TURNS)
 
     if (length > 0U) {
         ASSERT(length <= room);
+#ifdef IS_SILENT
+        ASSERT(X(classify_before)(frame, (INDEX)length, XX(IDLE_LINE), &number) == XX(FRAME) && number == length);
+#else
         ASSERT(X(classify)(frame, (INDEX)length, 0U, &number) == XX(FRAME) && number == length);
+#endif
         X(decode)(frame, number, &message);
     }
     COVER(length > 0U);
@@ -87,12 +105,11 @@ void c_set(uint8_t place, uint8_t byte)
     bytes[place] = byte;
 }
 
-/* Classifies the first `count` bytes. Returns 8 for a frame and 9 for incomplete bytes. For rejected bytes, returns the
- * index of the reason in the order of the Rust receiver's counters. */
-uint8_t c_classify(uint8_t count, uint8_t seen)
+/* Returns 8 for a frame and 9 for incomplete bytes. For rejected bytes, returns the index of the reason in the order of
+ * the Rust receiver's counters. */
+static uint8_t in_rust(X(outcome) outcome)
 {
     static const X(outcome) reasons[] = RUST_REASONS;
-    const X(outcome) outcome = X(classify)(bytes, count, seen, &number);
     uint8_t i = 0U;
 
     if (outcome >= XX(FRAME)) {
@@ -102,6 +119,18 @@ uint8_t c_classify(uint8_t count, uint8_t seen)
         i++;
     }
     return i;
+}
+
+/* Classifies the first `count` bytes. */
+uint8_t c_classify(uint8_t count, uint8_t seen)
+{
+    return in_rust(X(classify)(bytes, count, seen, &number));
+}
+
+/* Classifies the first `count` bytes, which are incomplete, before a line event. */
+uint8_t c_classify_before(uint8_t count, uint8_t event)
+{
+    return in_rust(X(classify_before)(bytes, count, (X(event))event, &number));
 }
 
 uint16_t c_number(void)

@@ -44,9 +44,9 @@ typedef struct {
 
 /* The next answers of the classifier's two functions, and the questions that they were asked. A question consists of the
  * first byte, the number of bytes, and the number of bytes that have been classified before. For `any_classify_before`
- * this last number is BEFORE. */
+ * this last number is BEFORE plus the event. */
 #define ANSWERS (ANY_LONGEST + 1U)
-#define BEFORE 255U
+#define BEFORE 250U
 typedef struct {
     uint8_t outcome;
     uint8_t number;
@@ -73,7 +73,7 @@ static bool is_possible(answer it, uint8_t count, uint8_t seen)
     if (it.outcome == ANY_FRAME) {
         return (it.number >= 1U) && (it.number <= count);
     }
-    if (seen == BEFORE) {
+    if (seen >= BEFORE) {
         return it.outcome < ANY_REASONS;
     }
     if (it.outcome == ANY_INCOMPLETE) {
@@ -110,9 +110,9 @@ static any_outcome any_classify(const uint8_t *bytes, any_index count, any_index
     return outcome;
 }
 
-static any_outcome any_classify_before(const uint8_t *bytes, any_index count, any_index *number)
+static any_outcome any_classify_before(const uint8_t *bytes, any_index count, any_event event, any_index *number)
 {
-    return ask(bytes, count, BEFORE, number);
+    return ask(bytes, count, (uint8_t)(BEFORE + event), number);
 }
 
 static void any_decode(const uint8_t *frame, any_index length, any_message *message)
@@ -135,10 +135,11 @@ static void any_clear(void *object, size_t size)
 static any_receiver receiver;
 static any_message message;
 
+/* The engine never sets `ask_at` to 1. In Rust this value means that a line event is being handled. */
 static bool invariant(void)
 {
     return (receiver.from <= receiver.to) && (receiver.to <= ANY_ROOM) && (receiver.to - receiver.from < (int)ANY_LONGEST) &&
-        (receiver.ask_at <= receiver.from + ANY_LONGEST);
+        (receiver.ask_at <= receiver.from + ANY_LONGEST) && (receiver.ask_at != 1U);
 }
 
 /* Returns the number of bytes in frames plus the number of discarded bytes. */
@@ -230,7 +231,7 @@ PROOF(line_event, TURNS)
     ASSERT(before == placed() && receiver.counters.bytes == 0U);
     ASSERT(!has_receiver || (received_frames == receiver.counters.frames && received_bytes == receiver.counters.frame_bytes));
     COVER(has_receiver && received_frames == 2U);
-    COVER(received_frames == 1U && asked == 2U && questions[1].seen == BEFORE);
+    COVER(received_frames == 1U && asked == 2U && questions[1].seen == BEFORE + event);
     COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
 }
 
@@ -266,7 +267,7 @@ uint8_t c_starts(uint8_t byte)
     return any_starts(byte);
 }
 
-/* Checks that the Rust receiver asks the same question as the C receiver. `seen` is BEFORE for the question
+/* Checks that the Rust receiver asks the same question as the C receiver. `seen` is BEFORE plus the event for the question
  * `any_classify_before`. Returns the answer, with the outcome in the
  * low byte and the number in the high byte. */
 uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)

@@ -4,6 +4,7 @@
  *   F(name)            a function or type of the header
  *   M(name)            a constant of the header
  *   IS_WINDOW          whether the receiver has a window instead of a buffer
+ *   IS_PACKETS         whether the receiver takes packets between delimiters
  *   HAS_KINDS          whether a message has a kind
  *   REASONS            for each reason of the Rust receiver: its index in the header, or -1
  *
@@ -28,13 +29,17 @@ static void mix(uint32_t value)
 /* Mixes the frame that was just received into the digest. */
 static void mix_frame(const F(message) *received)
 {
+#if IS_PACKETS
+    const uint32_t length = receiver.length;
+    const uint8_t *frame = receiver.buffer;
+#elif IS_WINDOW
     const uint32_t length = receiver.counters.frame_bytes - frame_bytes;
-    uint32_t i;
-#if IS_WINDOW
     const uint8_t *frame = receiver.held;
 #else
+    const uint32_t length = receiver.counters.frame_bytes - frame_bytes;
     const uint8_t *frame = &receiver.buffer[receiver.from - length];
 #endif
+    uint32_t i;
 
     frame_bytes = receiver.counters.frame_bytes;
     mix(length);
@@ -73,13 +78,13 @@ static uint32_t counter(uint8_t i)
     default:
         break;
     }
-    if (i < 12U) {
+    if (i < 13U) {
         const int8_t reason = REASONS[i - 4U];
 
         return (reason < 0) ? 0U : counters->discarded[reason];
     }
-    if (i < 17U) {
-        return counters->events[i - 12U];
+    if (i < 18U) {
+        return counters->events[i - 13U];
     }
     return F(pending)(&receiver);
 }
@@ -106,13 +111,15 @@ static void step(uint8_t (*next)(void))
         F(line_event)(&receiver, (F(event))next(), receive, NULL);
         break;
     default:
+#if !IS_PACKETS
         while (F(poll)(&receiver, &message)) {
             mix_frame(&message);
         }
+#endif
         break;
 #endif
     }
-    for (i = 0U; i < 18U; i++) {
+    for (i = 0U; i < 19U; i++) {
         mix(counter(i));
     }
 }
@@ -128,7 +135,7 @@ void run(void)
     while (has_more()) {
         step(next_byte);
     }
-    for (i = 0U; i < 18U; i++) {
+    for (i = 0U; i < 19U; i++) {
         say(counter(i));
     }
     say(digest);

@@ -6,9 +6,12 @@ use std::path::Path;
 use std::slice;
 
 use framelock::motion::Bin;
-use framelock::{BufferedReceiver, Counters, Format, Line, LineEvent, LineEvents, Receiver};
+use framelock::{
+    BufferedReceiver, Counters, Format, Line, LineEvent, LineEvents, PacketReceiver, Receiver,
+};
 use framelock_description::{Description, Layouts, SHIPPED};
 use framelock_description_oracles as drawn;
+use framelock_formats::layout::Length;
 use framelock_generate::{CrcTable, c};
 use framelock_oracles::faulty;
 use rand::seq::IndexedRandom;
@@ -16,6 +19,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::compilers::{CLANG, CLANGXX, Compiler, GCC, Program};
+use crate::generated::sometimes_faulty;
 
 const EVENTS: [LineEvent; 5] = [
     LineEvent::Framing,
@@ -26,7 +30,7 @@ const EVENTS: [LineEvent; 5] = [
 ];
 
 /// The C names of the Rust receiver's reasons, in the order of [`Reference::counters`].
-const REASONS: [&str; 8] = [
+const REASONS: [&str; 9] = [
     "NO_SYNC",
     "BROKEN_SYNC",
     "BAD_HEADER",
@@ -34,8 +38,12 @@ const REASONS: [&str; 8] = [
     "UNKNOWN_MESSAGE",
     "CHECKSUM_MISMATCH",
     "WRONG_TERMINATOR",
+    "BROKEN_STUFFING",
     "LINE_EVENT",
 ];
+
+/// The number of counters: see [`numbers`].
+const COUNTERS: usize = 19;
 
 /// A step of `difference.c`.
 #[derive(Debug)]
@@ -83,6 +91,15 @@ impl Case {
         self.header.contains("_LONGEST]; /* the pending bytes */")
     }
 
+    pub(crate) fn are_packets(&self) -> bool {
+        self.description.format().packets().is_some()
+    }
+
+    /// Returns whether only a line event ends a frame.
+    pub(crate) fn needs_events(&self) -> bool {
+        self.description.ending_event().is_some()
+    }
+
     fn has_kinds(&self) -> bool {
         self.description.kinds.len() > 1
     }
@@ -106,9 +123,10 @@ impl Case {
         });
         let text = format!(
             "#include \"{name}.h\"\n#define F(name) {name}_##name\n#define M(name) {upper}_##name\n\
-             #define IS_WINDOW {}\n#define HAS_KINDS {}\n\
-             static const int8_t REASONS[8] = {{ {} }};\n",
+             #define IS_WINDOW {}\n#define IS_PACKETS {}\n#define HAS_KINDS {}\n\
+             static const int8_t REASONS[9] = {{ {} }};\n",
             u8::from(self.is_window()),
+            u8::from(self.are_packets()),
             u8::from(self.has_kinds()),
             reasons.join(", "),
         );
@@ -151,7 +169,7 @@ impl Case {
     }
 
     /// Returns the counters and the digest after all steps.
-    pub(crate) fn outcome(&self) -> ([u32; 18], u32) {
+    pub(crate) fn outcome(&self) -> ([u32; COUNTERS], u32) {
         let mut reference = Reference::new(self);
         self.steps.iter().for_each(|step| reference.step(step));
         self.demand_that_all_happened(&reference);
@@ -162,7 +180,8 @@ impl Case {
     pub(crate) fn longest_frame(&self) -> Vec<u8> {
         let mut random = ChaCha8Rng::seed_from_u64(43);
         let frames = (0..10).flat_map(|_| drawn::frames(&self.description, &mut random));
-        frames.max_by_key(Vec::len).unwrap()
+        let sent = frames.filter_map(|frame| self.description.sent(&frame));
+        sent.max_by_key(Vec::len).unwrap()
     }
 
     /// Returns all bytes that the steps push.
@@ -187,26 +206,31 @@ impl Case {
         let is_shipped = SHIPPED.iter().any(|it| it.1 == self.text);
         let mut layouts = self.description.kinds.iter().map(|kind| kind.layout());
         let has_syncs = layouts.all(|layout| layout.sync.length > 0);
-        for (reason, count) in REASONS.iter().zip(&counters[4..12]) {
+        let has_long_runs = has_long_runs(&self.description, counters[0] as usize);
+        for (reason, count) in REASONS.iter().zip(&counters[4..13]) {
             let has_reason = self.has_reason(reason);
             assert!(
                 *count == 0 || has_reason,
                 "{name}: the header has no {reason}"
             );
             // If frames have no sync, any byte may begin a frame.
-            let is_certain = *reason != "NO_SYNC" || has_syncs;
+            let is_certain = match *reason {
+                "NO_SYNC" => has_syncs,
+                "TOO_LONG" | "WRONG_TERMINATOR" => has_long_runs,
+                _ => true,
+            };
             let must_happen = is_shipped && has_reason && is_certain;
             assert!(
                 *count > 0 || !must_happen,
                 "{name}: {reason} did not happen"
             );
         }
-        let discarded = counters[4..11].iter().sum::<u32>();
+        let discarded = counters[4..12].iter().sum::<u32>();
         assert!(
             discarded > 0 || !reference.can_fail,
             "{name}: nothing discarded"
         );
-        let has_each = counters[12..17].iter().all(|count| *count > 0);
+        let has_each = counters[13..18].iter().all(|count| *count > 0);
         assert!(has_each, "{name}: a line event did not happen");
     }
 }
@@ -232,16 +256,29 @@ impl Digest {
     }
 }
 
+/// The Rust receiver of a description.
+enum Machine {
+    Buffered(Line<BufferedReceiver<Layouts, Vec<u8>>>),
+    Packets(Line<PacketReceiver<Layouts, Vec<u8>>>),
+}
+
+/// Evaluates an expression with the line of either machine.
+macro_rules! with_line {
+    ($machine:expr, $line:ident => $does:expr) => {
+        match $machine {
+            Machine::Buffered($line) => $does,
+            Machine::Packets($line) => $does,
+        }
+    };
+}
+
 /// The Rust receiver, which performs the same steps as `difference.c`.
 struct Reference {
-    line: Line<BufferedReceiver<Layouts, Vec<u8>>>,
+    line: Machine,
     digest: Digest,
     is_window: bool,
     has_kinds: bool,
     can_fail: bool,
-    /// For each reason, the number of bytes that the buffered receiver discarded at line events. A receiver with a
-    /// window counts all these bytes as `LINE_EVENT`.
-    at_events: [u32; 8],
     /// The Rust receiver with a window. If the format is BIN, this receiver takes the same bytes as the buffered
     /// receiver.
     bin: Option<Line<Receiver<Bin>>>,
@@ -249,17 +286,25 @@ struct Reference {
 
 impl Reference {
     fn new(case: &Case) -> Self {
-        let format = case.description.format();
-        let receiver = BufferedReceiver::with_buffer(format.clone(), vec![0; 2 * format.longest()]);
+        let format = case.description.format().clone();
+        let buffer = vec![0; 2 * format.longest()];
+        let line = if case.are_packets() {
+            Machine::Packets(Line::new(
+                PacketReceiver::with_buffer(format, buffer).unwrap(),
+            ))
+        } else {
+            Machine::Buffered(Line::new(
+                BufferedReceiver::with_buffer(format, buffer).unwrap(),
+            ))
+        };
         let mut layouts = case.description.kinds.iter().map(|kind| kind.layout());
         Self {
-            line: Line::new(receiver.unwrap()),
+            line,
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
             // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
             can_fail: layouts.any(|it| it.sync.length > 0 || it.checksum.is_some()),
-            at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
     }
@@ -267,29 +312,20 @@ impl Reference {
     fn step(&mut self, step: &Step) {
         match *step {
             Step::Push(byte) => {
-                if let Some(frame) = self.line.push(byte) {
+                with_line!(&mut self.line, line => if let Some(frame) = line.push(byte) {
                     self.digest.mix_frame(frame.message(), self.has_kinds);
-                }
+                });
                 // A receiver with a window leaves no decision to later calls.
                 if self.is_window {
                     self.poll();
                 }
             }
             Step::Event(event) => {
-                let before = discarded(self.line.counters());
-                self.line.line_event(EVENTS[usize::from(event)], |found| {
+                with_line!(&mut self.line, line => line.line_event(EVENTS[usize::from(event)], |found| {
                     if let Some(frame) = found.message() {
                         self.digest.mix_frame(frame.message(), self.has_kinds);
                     }
-                });
-                if self.is_window {
-                    let after = discarded(self.line.counters());
-                    for reason in 0..7 {
-                        let count = after[reason] - before[reason];
-                        self.at_events[reason] += count;
-                        self.at_events[7] = self.at_events[7].wrapping_sub(count);
-                    }
-                }
+                }));
             }
             Step::Poll => self.poll(),
         }
@@ -308,22 +344,18 @@ impl Reference {
     }
 
     fn poll(&mut self) {
-        while let Some(frame) = self.line.poll() {
+        with_line!(&mut self.line, line => while let Some(frame) = line.poll() {
             self.digest.mix_frame(frame.message(), self.has_kinds);
-        }
+        });
     }
 
-    fn counters(&self) -> [u32; 18] {
-        let mut all = numbers(self.line.counters(), self.line.pending());
-        for (count, other) in all[4..12].iter_mut().zip(self.at_events) {
-            *count = count.wrapping_sub(other);
-        }
-        all
+    fn counters(&self) -> [u32; COUNTERS] {
+        with_line!(&self.line, line => numbers(line.counters(), line.pending()))
     }
 }
 
 /// Returns the counters of discarded bytes, in the order of [`REASONS`].
-fn discarded(counters: &Counters) -> [u32; 8] {
+fn discarded(counters: &Counters) -> [u32; 9] {
     let all = &counters.discarded;
     [
         all.no_sync,
@@ -333,12 +365,13 @@ fn discarded(counters: &Counters) -> [u32; 8] {
         all.unknown_message,
         all.checksum_mismatch,
         all.wrong_terminator,
+        all.broken_stuffing,
         all.line_event,
     ]
 }
 
 /// Returns the numbers that `difference.c` mixes into its digest after each step.
-fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
+fn numbers(all: &Counters, pending: usize) -> [u32; COUNTERS] {
     let Counters {
         bytes,
         frames,
@@ -368,7 +401,27 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
     numbers.try_into().unwrap()
 }
 
+/// Returns whether a stream of this length contains frames that are about as long as possible.
+fn has_long_runs(description: &Description, bytes: usize) -> bool {
+    20 * description.format().longest() < bytes
+}
+
+/// Makes a frame about as long as possible, or a few bytes too long: repeats the byte in its middle. If a terminator,
+/// silence or a delimiter ends frames, the result is often whole.
+fn long_run(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let layout = description.kinds[description.number(frame)].layout();
+    let has_any_length = [Length::Delimiter, Length::Silence].contains(&layout.length);
+    let end = layout.terminator.length + layout.behind;
+    let middle = layout.sync.length.max(frame.len().checked_sub(end)? / 2);
+    let (first, last) = frame.split_at_checked(middle).filter(|_| has_any_length)?;
+    let missing = (layout.longest + random.random_range(0..4)).checked_sub(frame.len())?;
+    let byte = *first.last().or(last.first())?;
+    let all = [first, &vec![byte; missing], last].concat();
+    description.sent(&all)
+}
+
 /// Returns random steps with at least `bytes` bytes, which arrive on a faulty line. Some steps are line events and polls.
+/// If an event ends frames, most frames are between two such events.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<Step> {
     let frames: Vec<Vec<u8>> = (0..30)
         .flat_map(|_| drawn::frames(description, random))
@@ -380,9 +433,23 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
     let (mut steps, mut count) = (Vec::new(), 0);
     // Each sort of event occurs even in a short stream.
     let mut events = (0..5).cycle();
+    let ending = description.ending_event();
+    let ending = EVENTS.iter().position(|event| Some(*event) == ending);
+    let ending = ending.map(|event| u8::try_from(event).unwrap());
     while count < bytes {
         let frame = pool.choose(random).unwrap();
-        let mut piece = faulty(slice::from_ref(frame), random);
+        let is_long = has_long_runs(description, bytes) && random.random_range(0..64) == 0;
+        let long = is_long
+            .then(|| long_run(description, frame, random))
+            .flatten();
+        let Some(sent) = long.or_else(|| description.sent(frame)) else {
+            continue;
+        };
+        let mut piece = if ending.is_some() {
+            sometimes_faulty(&sent, random)
+        } else {
+            faulty(slice::from_ref(&sent), random)
+        };
         // Change a byte of the header.
         if random.random_range(0..8) == 0 {
             let at = random.random_range(0..piece.len().min(10));
@@ -391,12 +458,28 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
         count += piece.len();
         // The program need not poll.
         let polls = [0.0, 0.0, 0.02, 0.3][random.random_range(0..4)];
-        for byte in piece {
+        steps.extend(
+            ending
+                .filter(|_| random.random_range(0..8) > 0)
+                .map(Step::Event),
+        );
+        // An event may come at any place, often directly after the first byte.
+        let cut = [0, 1, random.random_range(0..=piece.len())][random.random_range(0..3)];
+        let cut = (random.random_range(0..8) == 0).then_some(cut);
+        for (at, byte) in piece.into_iter().enumerate() {
+            if cut == Some(at) {
+                steps.push(Step::Event(events.next().unwrap()));
+            }
             steps.push(Step::Push(byte));
             if random.random_bool(polls) {
                 steps.push(Step::Poll);
             }
         }
+        steps.extend(
+            ending
+                .filter(|_| random.random_range(0..8) > 0)
+                .map(Step::Event),
+        );
         if random.random_range(0..4) == 0 {
             steps.push(Step::Event(events.next().unwrap()));
         }
@@ -455,17 +538,178 @@ pub(crate) const LONGEST_FIRST: &str = "
     fields = [{ name = 'a', at = 1, type = 'u8' }, { name = 'b', at = 2, type = 'u8' }]
 ";
 
+/// Every way in which a frame can end, and every checksum, other than those of the shipped descriptions.
+pub(crate) const FORMS: &[(&str, &str)] = &[
+    ("silent_last", SILENT_LAST),
+    ("silent_first", SILENT_FIRST),
+    (
+        "silent_apart",
+        "
+        ends = 'silence'
+        longest = 30
+        [[kinds]]
+        name = 'request'
+        sync = '3A'
+        terminator = '0D 0A'
+        checksum = { name = 'sum', initial = 0xFF, xor = 0xFF, over = 'hex digits', type = 'hex8', at = -4, from = 1 }
+        fields = [{ name = 'digits', at = 1, type = 'text' }]
+        [[kinds]]
+        name = 'response'
+        sync = '55 01 | 55 02'
+        shortest = 9
+        messages = { at = 2, type = 'u8', known = [[7, 3], [9, 200]] }
+        checksum = { name = 'CRC-8', type = 'u8', at = -1, from = 1 }
+        fields = [{ name = 'number', at = 2, type = 'u8' }, { name = 'values', at = 3, type = 'bytes' }]
+        [[kinds]]
+        name = 'fixed'
+        sync = 'EE'
+        length = 6
+        checksum = { name = 'carry-sum', xor = 0xFF, type = 'u8', at = -1 }
+        fields = [{ name = 'value', at = 1, type = 'u32le' }]
+    ",
+    ),
+    (
+        "counted_packets",
+        "
+        packets = 'hdlc'
+        length_field = { at = 0, type = 'u16be', plus = 3 }
+        longest = 40
+        checksum = { name = 'sum', xor = 0xFF, type = 'u8', at = -1, from = 2 }
+        fields = [{ name = 'data', at = 2, type = 'bytes' }]
+    ",
+    ),
+    (
+        "mixed_packets",
+        "
+        packets = 'cobs'
+        longest = 300
+        [[kinds]]
+        name = 'fixed'
+        sync = '01'
+        length = 5
+        checksum = { name = 'sum-words', initial = 5, type = 'u16le', at = -2 }
+        fields = [{ name = 'value', at = 1, type = 'u16le' }]
+        [[kinds]]
+        name = 'any'
+        shortest = 4
+        checksum = { name = 'xor-words', xor = 0x1234, type = 'u16be', at = -2 }
+        fields = [{ name = 'data', at = 0, type = 'bytes' }]
+    ",
+    ),
+    (
+        "doubled_packets",
+        "
+        packets = { escape = '10', end = '03' }
+        longest = 40
+        shortest = 3
+        checksum = { name = 'sum', initial = 1, xor = 0x55, type = 'u8', at = -1 }
+        fields = [{ name = 'number', at = 0, type = 'u8' }, { name = 'data', at = 1, type = 'bytes' }]
+    ",
+    ),
+    (
+        "dle_packets",
+        "
+        packets = 'dle'
+        longest = 20
+        checksum = { name = 'CRC-16/XMODEM', type = 'u16be', at = -2 }
+        fields = [{ name = 'data', at = 0, type = 'bytes' }]
+    ",
+    ),
+    (
+        "packets_at_breaks",
+        "
+        packets = 'break'
+        longest = 12
+        checksum = { name = 'carry-sum', initial = 7, type = 'u24le', at = -3 }
+        fields = [{ name = 'data', at = 0, type = 'bytes' }]
+    ",
+    ),
+    (
+        "behind_the_end",
+        "
+        sync = '02'
+        terminator = '03 | 04'
+        behind = 4
+        longest = 40
+        checksum = { name = 'carry-sum', type = 'u32be', at = -4, from = 1, to = -5 }
+        fields = [{ name = 'text', at = 1, type = 'text' }]
+    ",
+    ),
+];
+
+/// Kinds with the same header, of which silence ends the last.
+const SILENT_LAST: &str = "
+    longest = 20
+    checksum = { name = 'CRC-16/MODBUS', type = 'u16le', at = -2 }
+    [[kinds]]
+    name = 'request'
+    length = 8
+    fields = [{ name = 'register', at = 2, type = 'u16be' }, { name = 'count', at = 4, type = 'u16be' }]
+    [[kinds]]
+    name = 'response'
+    length_field = { at = 2, type = 'u8', plus = 5 }
+    fields = [{ name = 'values', at = 3, type = 'bytes' }]
+    [[kinds]]
+    name = 'other'
+    ends = 'silence'
+    shortest = 4
+    fields = [{ name = 'data', at = 0, type = 'bytes' }]
+";
+
+/// Kinds with the same header, of which silence ends the first two.
+const SILENT_FIRST: &str = "
+    sync = 'AA'
+    longest = 20
+    [[kinds]]
+    name = 'one'
+    ends = 'silence'
+    shortest = 5
+    checksum = { name = 'sum', type = 'u16le', at = -2 }
+    fields = [{ name = 'number', at = 1, type = 'u8', value = 1 }, { name = 'data', at = 2, type = 'bytes' }]
+    [[kinds]]
+    name = 'two'
+    ends = 'silence'
+    terminator = '0D'
+    fields = [{ name = 'text', at = 1, type = 'text' }]
+    [[kinds]]
+    name = 'fixed'
+    length = 4
+    checksum = { name = 'xor', initial = 0x55, type = 'u8', at = -1 }
+    fields = [{ name = 'value', at = 1, type = 'u16le' }]
+";
+
 fn check(cases: &[(&str, &str)], table: CrcTable, compiler: &Compiler, bytes: usize) {
     for (name, text) in cases {
         Case::new(name, text, table, bytes).check(compiler);
     }
 }
 
-fn check_random(count: usize, bytes: usize) {
+/// Checks random descriptions, and returns their texts.
+fn check_random(count: usize, bytes: usize) -> String {
+    let mut texts = String::new();
     for (number, case) in random_cases(count, bytes).enumerate() {
         case.check(if number % 2 == 0 { &GCC } else { &CLANG });
+        texts += &case.text;
     }
+    texts
 }
+
+/// Ways in which frames end, and checksums. A long random test draws each.
+const DRAWN: &[&str] = &[
+    "packets = 'slip'",
+    "packets = 'hdlc'",
+    "packets = 'cobs'",
+    "packets = 'dle'",
+    "packets = 'break'",
+    "packets = { escape",
+    "ends = 'silence'",
+    "behind = ",
+    "initial = ",
+    "carry-sum",
+    "sum-words",
+    "xor-words",
+    "over = 'hex digits'",
+];
 
 #[test]
 fn shipped_receivers_do_the_same_in_c_and_rust() {
@@ -481,6 +725,11 @@ fn shipped_receivers_do_the_same_in_cpp_with_byte_tables() {
 fn kinds_with_the_same_header_do_the_same() {
     let cases = [("shared", SHARED_HEADER), ("late", LONGEST_FIRST)];
     check(&cases, CrcTable::Nibbles, &GCC, BYTES);
+}
+
+#[test]
+fn every_way_to_end_a_frame_is_the_same() {
+    check(FORMS, CrcTable::Nibbles, &GCC, BYTES);
 }
 
 #[test]
@@ -503,5 +752,8 @@ fn so_do_those_with_long_streams() {
 #[test]
 #[ignore = "cargo xtask verify --only generated runs it"]
 fn so_do_those_of_many_random_descriptions() {
-    check_random(200, AT_NIGHT);
+    let texts = check_random(200, AT_NIGHT);
+    for form in DRAWN {
+        assert!(texts.contains(form), "no description with {form}");
+    }
 }

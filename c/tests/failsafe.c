@@ -3,7 +3,8 @@
  *
  *   0 demands        a frame
  *   1 time           a poll; prints the phase, the output and the counters
- *   2 time output    resume at this output */
+ *   2 time output    resume at this output
+ *   3 parameters     try contradictory parameters, which both functions must refuse without a change */
 #include "failsafe.h"
 
 #include <stdio.h>
@@ -35,20 +36,39 @@ static void next_demands(failsafe_demand *demands)
     }
 }
 
+static void next_parameters(failsafe_parameters *parameters)
+{
+    next_demands(parameters->park);
+    parameters->longest_step = next_number(4U);
+    parameters->hold_after = next_number(4U);
+    parameters->ramp_after = next_number(4U);
+    parameters->frames_to_start = (uint8_t)next_number(1U);
+    parameters->approach_for = next_number(4U);
+    parameters->approach_travel = next_number(4U);
+    parameters->live_travel = next_number(4U);
+}
+
+/* Returns whether both functions refuse the parameters, and change nothing. */
+static bool is_refused(const failsafe_parameters *parameters)
+{
+    static const failsafe_demand output[FAILSAFE_AXES] = {7U};
+    static failsafe before;
+    bool is_accepted;
+
+    memcpy(&before, &platform, sizeof platform);
+    is_accepted = failsafe_init(&platform, parameters, 12345U);
+    is_accepted = failsafe_resume(&platform, parameters, 54321U, output) || is_accepted;
+    return !is_accepted && (memcmp(&before, &platform, sizeof platform) == 0);
+}
+
 int main(void)
 {
     failsafe_parameters parameters;
+    failsafe_parameters wrong;
     failsafe_demand demands[FAILSAFE_AXES];
     uint8_t i;
 
-    next_demands(parameters.park);
-    parameters.longest_step = next_number(4U);
-    parameters.hold_after = next_number(4U);
-    parameters.ramp_after = next_number(4U);
-    parameters.frames_to_start = (uint8_t)next_number(1U);
-    parameters.approach_for = next_number(4U);
-    parameters.approach_travel = next_number(4U);
-    parameters.live_travel = next_number(4U);
+    next_parameters(&parameters);
     memset(&platform, 0x5A, sizeof(failsafe));
     if (!failsafe_init(&platform, &parameters, next_number(4U))) {
         printf("contradiction\n");
@@ -73,6 +93,9 @@ int main(void)
             }
             printf(", %u %u %u\n", (unsigned)platform.clock_faults, (unsigned)platform.late_polls,
                    (unsigned)platform.slow_frames);
+        } else if (what == 3U) {
+            next_parameters(&wrong);
+            printf("%s\n", is_refused(&wrong) ? "refused" : "accepted, or changed");
         } else {
             const uint32_t now = next_number(4U);
 

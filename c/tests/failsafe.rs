@@ -1,6 +1,7 @@
 //! Tests that the failsafe in C behaves like the failsafe in Rust: each poll returns the same output and phase, and
 //! counts the same faults.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};
@@ -19,6 +20,8 @@ struct Trial {
     phases: [usize; 5],
     /// The faults that the failsafe counted: of the clock, late polls, slow frames.
     faults: [u32; 3],
+    /// The reasons for which contradictory parameters were refused.
+    refusals: BTreeSet<String>,
 }
 
 impl Trial {
@@ -32,6 +35,13 @@ impl Trial {
     fn add_times(&mut self, times: impl IntoIterator<Item = u32>) {
         self.steps
             .extend(times.into_iter().flat_map(u32::to_le_bytes));
+    }
+
+    fn add_parameters<D: Demand, const AXES: usize>(&mut self, p: FailsafeParameters<D, AXES>) {
+        self.add(p.park);
+        self.add_times([p.longest_step, p.hold_after, p.ramp_after]);
+        self.steps.push(p.frames_to_start);
+        self.add_times([p.approach_for, p.approach_travel, p.live_travel]);
     }
 
     /// Returns a trial with random parameters and steps.
@@ -52,10 +62,8 @@ impl Trial {
         };
 
         let mut trial = Self::default();
-        trial.add(p.park);
-        trial.add_times([p.longest_step, p.hold_after, p.ramp_after]);
-        trial.steps.push(p.frames_to_start);
-        trial.add_times([p.approach_for, p.approach_travel, p.live_travel, now]);
+        trial.add_parameters(p);
+        trial.add_times([now]);
         let Ok(mut failsafe) = Failsafe::new(p, now) else {
             trial.said.push_str("contradiction\n");
             return trial;
@@ -78,6 +86,14 @@ impl Trial {
                     trial.add_times([now]);
                     trial.add(output);
                     failsafe = Failsafe::resumed(p, now, output).unwrap();
+                }
+                101 => {
+                    let wrong = contradiction(p, random);
+                    let refusal = wrong.check().unwrap_err();
+                    trial.refusals.insert(refusal.to_string());
+                    trial.steps.push(3);
+                    trial.add_parameters(wrong);
+                    trial.said.push_str("refused\n");
                 }
                 _ => {
                     let mut below = |most: u32| random.random_range(0..most.max(1));
@@ -153,6 +169,24 @@ fn parameters<D: Demand, const AXES: usize>(
     }
 }
 
+/// Returns the same parameters, of which one contradicts another one.
+fn contradiction<D: Demand, const AXES: usize>(
+    mut p: FailsafeParameters<D, AXES>,
+    random: &mut ChaCha8Rng,
+) -> FailsafeParameters<D, AXES> {
+    match random.random_range(0..8) {
+        0 => p.longest_step = 0,
+        1 => p.hold_after = p.longest_step - 1,
+        2 => p.ramp_after = p.hold_after - 1,
+        3 => p.frames_to_start = random.random_range(0..2),
+        4 => p.approach_for = 0,
+        5 => p.live_travel = 4 * p.longest_step - 1,
+        6 => p.approach_travel = p.live_travel - 1,
+        _ => p.approach_travel = u32::MAX / 2 + 1,
+    }
+    p
+}
+
 fn check<D: Demand, const AXES: usize>(demand: &str) {
     let axes = format!("-DFAILSAFE_AXES={AXES}");
     let demand = format!("-DFAILSAFE_DEMAND={demand}");
@@ -173,6 +207,8 @@ fn check<D: Demand, const AXES: usize>(demand: &str) {
         let faults: u32 = trials.iter().map(|trial| trial.faults[fault]).sum();
         assert!(faults > 100, "{faults} of fault {fault}");
     }
+    let refusals = trials.iter().flat_map(|trial| &trial.refusals);
+    assert_eq!(refusals.collect::<BTreeSet<_>>().len(), 8);
     let is_contradiction = |trial: &&Trial| trial.said == "contradiction\n";
     let contradictions = trials.iter().filter(is_contradiction).count();
     assert!(contradictions > 2, "{contradictions}");

@@ -117,7 +117,7 @@ fn so_do_those_with_long_streams() {
 fn check_on_m4(bytes: usize) {
     let shipped = SHIPPED
         .iter()
-        .filter(|(name, _)| !["ubx", "gnss"].contains(name));
+        .filter(|(name, _)| !["ubx", "gnss", "dsmr-p1"].contains(name));
     for (name, text) in shipped.chain([&("ubx", SHORT_UBX)]) {
         let case = Case::new(name, text, CrcTable::Nibbles, bytes);
         let folder = TempDir::new().unwrap();
@@ -135,7 +135,9 @@ fn check_on_avr(bytes: usize) {
         let (compiler, options) = match *name {
             "ubx" => (&AVR_2560, &["-DUBX_ROOM=UBX_LONGEST"][..]),
             "gnss" => (&AVR_2560, &["-DGNSS_ROOM=GNSS_LONGEST"][..]),
+            "dsmr-p1" => (&AVR_2560, &["-DDSMR_P1_ROOM=DSMR_P1_LONGEST"][..]),
             "rtcm" => (&AVR, &["-DRTCM_ROOM=RTCM_LONGEST"][..]),
+            "vedirect" => (&AVR, &["-DVEDIRECT_ROOM=VEDIRECT_LONGEST"][..]),
             // With -Os, the compiler makes `sbrc r18, 0` and `sbiw r24, 13` of the trailer's 13 bytes. simavr 1.6 takes
             // this `sbiw` for a jump of two words, and skips the instruction after it, too.
             "mavlink2" => (&AVR, &["-O1"][..]),
@@ -150,8 +152,16 @@ fn check_on_avr(bytes: usize) {
             options,
         );
         let (counters, digest) = case.outcome();
-        assert_eq!(said[..18], counters, "{name}: the counters differ");
-        assert_eq!(said[18..], [digest], "{name}: the frames differ");
+        assert_eq!(
+            said[..counters.len()],
+            counters,
+            "{name}: the counters differ"
+        );
+        assert_eq!(
+            said[counters.len()..],
+            [digest],
+            "{name}: the frames differ"
+        );
     }
 }
 
@@ -227,12 +237,21 @@ fn figures_are_as_the_page_says() {
             .to_owned();
     // The longest sentence, with a wrong checksum. Only its first byte can begin a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
-    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame.
+    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. `push` delivers no frame of
+    // Modbus RTU, because silence ends it.
     for (name, kind, text, worst) in [
         ("BIN", "bin", shipped("bin").unwrap(), &b"AB"[..]),
         ("CRSF", "crsf", shipped("crsf").unwrap(), &[0xC8, 0x3C]),
         ("UBX of up to 106 bytes", "ubx", SHORT_UBX, &[0xB5, 0x62, 0]),
         ("NMEA", "nmea", shipped("nmea").unwrap(), &long_sentence),
+        ("SLIP", "slip", shipped("slip").unwrap(), &[0xC0, b'A']),
+        ("COBS", "cobs", shipped("cobs").unwrap(), &[0, 2, b'A']),
+        (
+            "Modbus RTU",
+            "modbus-rtu",
+            shipped("modbus-rtu").unwrap(),
+            &[],
+        ),
     ] {
         let case = Case::new(kind, text, CrcTable::Nibbles, 20_000);
         for (what, parts) in [
@@ -253,6 +272,9 @@ fn figures_are_as_the_page_says() {
                 _ => usize::MAX,
             };
             assert!(m4[0] <= limit, "{name}: {} bytes", m4[0]);
+        }
+        if worst.is_empty() {
+            continue;
         }
         let frame = case.longest_frame();
         let [clean, worst] = [&*frame, worst].map(|bytes| {

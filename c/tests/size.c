@@ -32,7 +32,6 @@ void event(F(event) which)
     F(line_event)(&receiver, which);
 }
 #else
-bool poll(void);
 void received(void *context, const F(message) *values);
 
 void event(F(event) which)
@@ -40,10 +39,14 @@ void event(F(event) which)
     F(line_event)(&receiver, which, received, NULL);
 }
 
+#if !IS_PACKETS
+bool poll(void);
+
 bool poll(void)
 {
     return F(poll)(&receiver, &message);
 }
+#endif
 #endif
 #endif
 

@@ -62,5 +62,5 @@ pub(crate) fn main() {
 // pitch 97, roll 98, yaw 99
 // pitch 100, roll 101, yaw 102
 // 25 bytes, 14 in frames
-// Discarded { no_sync: 2, broken_sync: 0, bad_header: 0, too_long: 0, unknown_message: 0, checksum_mismatch: 0, wrong_terminator: 0, line_event: 9 }
+// Discarded { no_sync: 2, broken_sync: 0, bad_header: 0, too_long: 0, unknown_message: 0, checksum_mismatch: 0, wrong_terminator: 0, broken_stuffing: 0, line_event: 9 }
 // LineEvents { framing: 1, parity: 0, overrun: 0, line_break: 0, idle: 1 }

@@ -22,10 +22,11 @@
 use core::cell::Cell;
 use core::fmt::Debug;
 
-use crate::noise::run_without_start;
 use crate::parser::parser_by_own_functions;
 use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Parser};
 
+mod feed;
+mod line_event;
 #[cfg(kani)]
 mod verification;
 
@@ -67,28 +68,7 @@ mod verification;
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
 ///
-/// /// A frame: `#`, the length of the text (at most 22), and the text.
-/// #[derive(Clone, Copy)]
-/// struct Text;
-///
-/// impl Format for Text {
-///     const LONGEST: usize = 24;
-///     type Message<'a> = &'a [u8];
-///
-///     fn classify(&self, bytes: &[u8]) -> Classification {
-///         match *bytes {
-///             [b'#'] => Classification::Incomplete { at_least: 2 },
-///             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
-///             [b'#', length, ..] => match 2 + usize::from(length) {
-///                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
-///                 whole => Classification::Frame(whole),
-///             },
-///             _ => Classification::Rejected(DiscardReason::NoSync),
-///         }
-///     }
-///
-///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
-/// }
+#[doc = include_str!("buffered/text.txt")]
 ///
 /// // `feed` delivers every complete frame. After `push`, call `poll` until it returns `None`.
 /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
@@ -108,15 +88,8 @@ mod verification;
 /// ```
 /// A buffer that is too short for the longest frame does not compile:
 /// ```compile_fail,E0080
-/// # use framelock::{BufferedReceiver, Format, Classification};
-/// # #[derive(Clone, Copy)]
-/// # struct Text;
-/// # impl Format for Text {
-/// #     const LONGEST: usize = 24;
-/// #     type Message<'a> = &'a [u8];
-/// #     fn classify(&self, bytes: &[u8]) -> Classification { Classification::Frame(bytes.len()) }
-/// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
-/// # }
+/// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
+/// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.txt"));
 /// const _: BufferedReceiver<Text, [u8; 23]> = BufferedReceiver::new(Text);
 /// ```
 #[derive(Clone, Debug)]
@@ -310,24 +283,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// `Text` is the format of the [first example](BufferedReceiver).
     /// ```
     /// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
-    /// # #[derive(Clone, Copy)]
-    /// # struct Text;
-    /// # impl Format for Text {
-    /// #     const LONGEST: usize = 24;
-    /// #     type Message<'a> = &'a [u8];
-    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
-    /// #         match *bytes {
-    /// #             [b'#'] => Classification::Incomplete { at_least: 2 },
-    /// #             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
-    /// #             [b'#', length, ..] => match 2 + usize::from(length) {
-    /// #                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
-    /// #                 whole => Classification::Frame(whole),
-    /// #             },
-    /// #             _ => Classification::Rejected(DiscardReason::NoSync),
-    /// #         }
-    /// #     }
-    /// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
-    /// # }
+    /// # include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/buffered/text.txt"));
+    /// # fn main() {
     /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
     /// let mut bytes: &[u8] = b"#\x03one, #\x03two#\x05";
     /// assert_eq!(receiver.next(&mut bytes).unwrap().message(), b"one");
@@ -335,6 +292,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// assert_eq!(receiver.next(&mut bytes).unwrap().message(), b"two");
     /// assert!(receiver.next(&mut bytes).is_none());
     /// assert_eq!((bytes.len(), receiver.pending()), (0, 2));
+    /// # }
     /// ```
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Frame<'_, F>> {
         self.next_with(bytes, |_| ())
@@ -364,174 +322,6 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.store(now);
         *bytes = later;
         !now.is_empty()
-    }
-
-    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. If no bytes are
-    /// pending before the call, the function does not copy frames that lie whole in the slice.
-    ///
-    /// The results do not depend on how a stream is cut into slices. If the call drops `d` bytes and delivers `f`
-    /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the bytes that
-    /// `push` has left undecided.
-    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
-        let mut rest = bytes;
-        while self.pending() > 0 {
-            let is_enough = self.store_up_to_longest(&mut rest);
-            while self.poll_step(&mut found) {}
-            if !is_enough {
-                return;
-            }
-            rest = self.give_back(bytes, rest);
-        }
-        while !rest.is_empty() {
-            let Some(behind) = self.take(rest, &mut found) else {
-                return;
-            };
-            rest = behind;
-        }
-    }
-
-    /// Moves bytes from the front of the slice into the buffer, until as many bytes are pending as the longest frame
-    /// has. The decision about the first pending byte never needs more bytes. Returns whether the slice had enough.
-    #[inline]
-    fn store_up_to_longest(&mut self, bytes: &mut &[u8]) -> bool {
-        let missing = self.format.longest().saturating_sub(self.pending());
-        let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
-        self.store(now);
-        *bytes = later;
-        now.len() == missing
-    }
-
-    /// If all pending bytes came from the slice, forgets them, and returns the slice from the first pending byte on.
-    /// Otherwise returns `rest`, which is the part of the slice that the caller has not taken yet.
-    #[inline]
-    fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
-        let taken = bytes.len().wrapping_sub(rest.len());
-        let Some(back) = taken.checked_sub(self.pending()) else {
-            return rest;
-        };
-        self.reset();
-        bytes.get(back..).unwrap_or_default()
-    }
-
-    /// Decides about the first bytes of a slice. No bytes may be pending. Returns the rest of the slice. If the slice
-    /// has too few bytes for a decision, stores the whole slice and returns `None`.
-    #[inline]
-    fn take<'b>(
-        &mut self,
-        bytes: &'b [u8],
-        found: &mut impl FnMut(Found<Frame<'_, F>>),
-    ) -> Option<&'b [u8]> {
-        let run = run_without_start(bytes, |byte| self.format.starts(byte));
-        if run > 0 {
-            found(Found::discarded(run, DiscardReason::NoSync));
-            return bytes.get(run..);
-        }
-        let classified = bytes.get(..self.format.longest()).unwrap_or(bytes);
-        match classify(&self.format, classified, 0) {
-            Classification::Frame(length) => {
-                let (frame, behind) = bytes.split_at_checked(length)?;
-                found(Found::frame(length, Frame::new(self.format.clone(), frame)));
-                Some(behind)
-            }
-            Classification::Rejected(why) => {
-                found(Found::discarded(1, why));
-                bytes.get(1..)
-            }
-            Classification::Incomplete { at_least } => {
-                self.store(bytes);
-                self.ask_at = self.from.wrapping_add(at_least);
-                None
-            }
-        }
-    }
-
-    /// Takes a line event, after which an incomplete frame cannot be continued. Delivers each frame that lies whole in
-    /// the pending bytes, unless an earlier delivered frame shares bytes with it, and drops the other bytes. After the
-    /// call nothing is pending.
-    ///
-    /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each. To
-    /// spread this work over several calls, use [`line_event_step`](Self::line_event_step).
-    pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
-        while self.line_event_step(event, &mut found) {}
-    }
-
-    /// Does one step of [`line_event`](Self::line_event): decides about the first of the pending bytes. Returns whether
-    /// bytes are still pending.
-    ///
-    /// After a line event, call this function until it returns false. Then it has delivered and dropped exactly what one
-    /// call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards. If you push
-    /// a byte earlier, the receiver may deliver a frame that contains bytes from before and after the event.
-    ///
-    /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes, at most twice.** It calls
-    /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes fewer than
-    /// `LONGEST` steps. So an interrupt handler can do one step in each round.
-    ///
-    /// # Examples
-    /// `Text` is the format of the [first example](BufferedReceiver).
-    /// ```
-    /// # use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
-    /// # #[derive(Clone, Copy)]
-    /// # struct Text;
-    /// # impl Format for Text {
-    /// #     const LONGEST: usize = 24;
-    /// #     type Message<'a> = &'a [u8];
-    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
-    /// #         match *bytes {
-    /// #             [b'#'] => Classification::Incomplete { at_least: 2 },
-    /// #             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
-    /// #             [b'#', length, ..] => match 2 + usize::from(length) {
-    /// #                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
-    /// #                 whole => Classification::Frame(whole),
-    /// #             },
-    /// #             _ => Classification::Rejected(DiscardReason::NoSync),
-    /// #         }
-    /// #     }
-    /// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
-    /// # }
-    /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
-    /// receiver.feed(b"#\x10#\x09#\x03two", |_| unreachable!());
-    ///
-    /// // The handler of a timer does one step at a time.
-    /// let (mut steps, mut received) = (1, Vec::new());
-    /// while receiver.line_event_step(LineEvent::Idle, |found| {
-    ///     received.extend(found.message().map(|frame| frame.message().to_vec()));
-    /// }) {
-    ///     steps += 1;
-    /// }
-    /// assert_eq!((steps, received), (3, vec![b"two".to_vec()]));
-    /// ```
-    pub fn line_event_step(
-        &mut self,
-        event: LineEvent,
-        mut found: impl FnMut(Found<Frame<'_, F>>),
-    ) -> bool {
-        if !self.poll_step(&mut found) && self.pending() > 0 {
-            self.end_first(event, &mut found);
-        }
-        if self.pending() > 0 {
-            return true;
-        }
-        self.reset();
-        false
-    }
-
-    /// Decides about the first pending byte, given that the event follows the pending bytes. At least one byte must be
-    /// pending, and the format must have found the pending bytes incomplete.
-    fn end_first(&mut self, event: LineEvent, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
-        let pending = self.buffer.as_ref().get(self.from..self.to);
-        let pending = pending.unwrap_or_default();
-        let why = match self.format.classify_before(pending, event) {
-            Classification::Frame(length) if (1..=pending.len()).contains(&length) => {
-                (self.from, self.ask_at) = (self.from.wrapping_add(length), 0);
-                found(Found::frame(length, self.frame(length)));
-                return;
-            }
-            Classification::Rejected(why) => why,
-            _ => DiscardReason::LineEvent,
-        };
-        found(Found::discarded(1, why));
-        // `ask_at` was meant for the discarded byte, so reset it.
-        (self.from, self.ask_at) = (self.from.wrapping_add(1), 0);
     }
 
     /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are those at the end of the

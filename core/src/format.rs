@@ -137,7 +137,8 @@ pub trait Format: Clone {
     ///
     /// The function returns `Frame` if `classify` waited for a longer frame, but `bytes` also begin with a shorter
     /// frame. Formats with several kinds of frames have such bytes. The default returns `Rejected` with the reason
-    /// [`LineEvent`](DiscardReason::LineEvent).
+    /// [`LineEvent`](DiscardReason::LineEvent). If the function returns another reason, the first of `bytes` counts with
+    /// this reason.
     #[inline]
     #[must_use]
     fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {

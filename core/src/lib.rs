@@ -67,14 +67,16 @@
 //! |---|---|---|
 //! | [`Receiver`] | finds frames of a fixed length, up to 16 bytes; takes a [`FixedFormat`] | 8 (16 for frames of more than 8 bytes) |
 //! | [`BufferedReceiver`] | finds frames of any length; takes a [`Format`] | buffer + 3 words |
-//! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 18 words |
+//! | [`PacketReceiver`] | finds packets between delimiters (SLIP, HDLC, COBS, DLE framing); takes a [`PacketFormat`] | buffer + 4 words |
+//! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 20 words |
 //! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 104 for the failsafe with three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
-//! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
-//! in this crate panics, whatever its arguments, unless your own format, source or closure does. This is proved
-//! for slices and buffers of up to 4096 bytes. Several mistakes in a format are compile errors (see [`FixedFormat`]).
+//! `Receiver`, `BufferedReceiver`, `PacketReceiver` and the lecture's machine all have
+//! the functions of the trait [`Parser`]. No function in this crate panics, whatever its arguments, unless your own
+//! format, source or closure does. This is proved for slices and buffers of up to 4096 bytes. Several mistakes in a
+//! format are compile errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.
@@ -127,10 +129,12 @@ pub mod lecture;
 mod line;
 pub mod motion;
 mod noise;
+mod packets;
 mod parser;
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;
 mod receiver;
+mod stuffing;
 mod window;
 
 pub use buffered::BufferedReceiver;
@@ -140,7 +144,9 @@ pub use fixed_format::{Encode, FixedFormat, FrameBytes, Shape};
 pub use format::verification as any_format;
 pub use format::{Classification, EncodeError, EncodeInto, Format, Frame};
 pub use line::{Counters, Discarded, Line, LineEvent, LineEvents};
+pub use packets::PacketReceiver;
 pub use parser::{DiscardReason, Found, Parser};
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 pub use reader::Reader;
 pub use receiver::Receiver;
+pub use stuffing::{Codes, PacketFormat, Stuffing};

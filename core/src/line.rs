@@ -7,6 +7,18 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 ///
+/// # The rule for pending bytes
+/// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered. Every
+/// other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule. For example, a
+/// [`Receiver`] and a [`BufferedReceiver`](crate::BufferedReceiver) of BIN frames have equal counters.
+///
+/// Two kinds of bytes have other reasons:
+///
+/// * If the format itself gives another reason ([`Format::classify_before`](crate::Format::classify_before)), the byte
+///   counts with this reason. For example, a frame that ends with a pause may have a wrong checksum.
+/// * [`BufferedReceiver::push`](crate::BufferedReceiver::push) may leave bytes undecided. The receiver first decides about
+///   these bytes, as `feed` would have. So the counters do not depend on whether bytes are pushed or fed.
+///
 /// # From a driver's error
 /// The kind of an event only decides which counter counts it. So a simple conversion is enough:
 ///
@@ -130,6 +142,7 @@ counters! {
     unknown_message UnknownMessage
     checksum_mismatch ChecksumMismatch
     wrong_terminator WrongTerminator
+    broken_stuffing BrokenStuffing
     line_event LineEvent
 }
 
@@ -406,6 +419,7 @@ impl<P: Parser> Line<P> {
     /// Counts a line event. Delivers the frames that lie whole in the pending bytes, discards the other pending bytes,
     /// and reports the outcome of each pending byte. So no later frame contains a byte from before the event (theorems
     /// 8 and 13f). Only a [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
+    /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event) states two exceptions for packets.
     ///
     /// Do not push a byte that arrived with an error. Report the error as a line event instead.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {

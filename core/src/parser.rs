@@ -6,9 +6,9 @@ use crate::LineEvent;
 
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
-/// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the [lecture's
-/// machine](crate::lecture::Lecture) implement it. Each type also has inherent functions with the names of the trait's
-/// functions. So if a program uses only one of the types, it need not import the trait. [`Line`](crate::Line) and the
+/// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver),
+/// [`PacketReceiver`](crate::PacketReceiver) and the [lecture's machine](crate::lecture::Lecture) implement it. Each type
+/// also has inherent functions with the names of the trait's functions. So if a program uses only one of the types, it need not import the trait. [`Line`](crate::Line) and the
 /// readers accept any `Parser`.
 ///
 /// # Functions for any machine
@@ -51,7 +51,8 @@ pub trait Parser {
 
     /// Takes a line event, after which an incomplete frame cannot be continued. Decides and reports the outcome of each
     /// pending byte. After the call no byte is pending, so no later frame contains a byte from before the event
-    /// (theorems 8 and 13f).
+    /// (theorems 8 and 13f). The only exception is a delimiter directly before a pause: see
+    /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
     /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. Steps until one returns
@@ -195,9 +196,13 @@ pub enum DiscardReason {
     UnknownMessage,
     /// The terminator (the fixed bytes after the payload) was wrong.
     WrongTerminator,
+    /// No whole packet lies between two delimiters: an escape sequence is invalid, or the second delimiter came before
+    /// the packet's end. Only a [`PacketReceiver`](crate::PacketReceiver) gives this reason.
+    BrokenStuffing,
     /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
-    /// The byte was pending when a [`LineEvent`](crate::LineEvent) came.
+    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came, or it was pending behind such
+    /// a byte. `LineEvent` explains the rule.
     LineEvent,
 }
 
@@ -211,6 +216,7 @@ impl fmt::Display for DiscardReason {
             Self::TooLong => "too long",
             Self::UnknownMessage => "unknown message",
             Self::WrongTerminator => "wrong terminator",
+            Self::BrokenStuffing => "broken stuffing",
             Self::ChecksumMismatch => "checksum mismatch",
             Self::LineEvent => "line event",
         })

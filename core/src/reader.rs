@@ -269,6 +269,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
         mut silence: impl FnMut() -> S,
         mut on: impl FnMut(P::Message<'_>) -> T,
     ) -> Result<Option<T>, R::Error> {
+        // A delimiter before a packet stays pending in a pause, so the same pause must not be reported again.
+        let mut was_reported = false;
         loop {
             while self.in_pause {
                 let mut made = None;
@@ -284,7 +286,7 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             if let Some(made) = self.next_in_buffer(&mut on) {
                 return Ok(Some(made));
             }
-            let is_pending = self.line.pending() > 0;
+            let is_pending = self.line.pending() > 0 && !was_reported;
             let (source, buffer) = self.empty_buffer();
             let read = source.read(buffer);
             let count = if is_pending {
@@ -292,13 +294,11 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             } else {
                 Some(read.await)
             };
-            match count {
-                Some(count) => {
-                    if self.is_ended_by_read(count?) {
-                        return Ok(None);
-                    }
+            (self.in_pause, was_reported) = (count.is_none(), count.is_none());
+            if let Some(count) = count {
+                if self.is_ended_by_read(count?) {
+                    return Ok(None);
                 }
-                None => self.in_pause = true,
             }
         }
     }

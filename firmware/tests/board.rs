@@ -4,6 +4,7 @@
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
 use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
+use crate::image::MOST_FLASH;
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_352];
@@ -11,10 +12,6 @@ const SERVO: [u64; 3] = [1_784, 1_196, 1_352];
 const DEMAND: [u8; 3] = [200, 50, 90];
 /// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
-
-fn uicr(firmware: &mut Firmware) -> [u32; 3] {
-    UICR.map(|(word, _)| firmware.board.register(word).unwrap())
-}
 
 /// Sends a hundred frames a second until the outputs follow them.
 fn live(firmware: &mut Firmware) {
@@ -24,100 +21,57 @@ fn live(firmware: &mut Firmware) {
     assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
 }
 
+/// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR, and
+/// only erased words, and only once. Every image opens the debug port if UICR allows it. The words of UICR take effect at a reset.
 #[test]
-fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
-    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-    firmware.run_for(5 * MILLISECOND);
-    // The written words take effect at a reset.
-    let mut expected = vec![ResetCause::Soft];
-    assert_eq!(firmware.resets(), expected);
-    assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
-    assert!(firmware.board.debug_port_is_open());
-
-    firmware.board.reset();
-    firmware.run_for(5 * MILLISECOND);
-    assert!(firmware.board.debug_port_is_open());
-    firmware.fault_in(&["TIMER0"]);
-    assert!(!firmware.board.debug_port_is_open(), "each reset closes it");
-    firmware.run_for(5 * MILLISECOND);
-    assert!(firmware.board.debug_port_is_open());
-    firmware.starve_the_watchdog();
-    assert!(firmware.board.debug_port_is_open());
-    expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
-    assert_eq!(firmware.resets(), expected, "UICR is not written again");
-    assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
-}
-
-/// Other boards may use the reset pin, or have words of their own in UICR. The self-test is such an image, too. On some
-/// chips, another image or a debugger has written a word before.
-#[test]
-fn no_other_image_writes_to_uicr() {
-    for image in [
-        "default",
-        "megabaud",
-        "lecture",
-        "small",
-        "bin-crc8",
-        "self-test",
-    ] {
-        for written in UICR.map(Some).into_iter().chain([None]) {
+fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
+    const ERASED: u32 = u32::MAX;
+    let [words, ours] = [UICR.map(|(word, _)| word), UICR.map(|(_, value)| value)];
+    let each = |value: &dyn Fn(usize) -> u32| [0, 1, 2].map(value);
+    let states = (0..8).map(|mask| each(&|n| if mask >> n & 1 == 1 { ours[n] } else { ERASED }));
+    for state in states.chain([[21, 22, 0]]) {
+        for image in MOST_FLASH
+            .map(|(image, _)| image)
+            .into_iter()
+            .chain(["self-test"])
+        {
+            let what = format!("{image}: {state:x?}");
             let mut firmware = Firmware::on_an_erased_chip(image);
-            firmware.write_uicr(written);
-            let before = uicr(&mut firmware);
+            firmware.write_uicr(words.into_iter().zip(state));
+            firmware.board.reset();
+            let (mut expected, mut resets) = (state, vec![ResetCause::Pin]);
+            if image == "write-uicr" && state.contains(&ERASED) {
+                resets.push(ResetCause::Soft);
+                expected = each(&|n| {
+                    if state[n] == ERASED {
+                        ours[n]
+                    } else {
+                        state[n]
+                    }
+                });
+            }
             firmware.run_for(5 * MILLISECOND);
-            assert_eq!(uicr(&mut firmware), before, "{image}");
-            assert!(!firmware.board.debug_port_is_open(), "{image}");
-            assert!(firmware.resets().is_empty(), "{image}");
+            let read = words.map(|word| firmware.board.register(word).unwrap());
+            assert_eq!(read, expected, "{what}");
+            assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0, "{what}");
+            assert_eq!(firmware.resets(), resets, "{what}");
+            let is_open = firmware.board.debug_port_is_open();
+            assert_eq!(is_open, expected[2] == 0x5A, "{what}");
         }
     }
 }
 
-/// If UICR allows it, every image opens the debug port, which is a register and not in UICR.
+/// The instruction cache is on, and the pull-up of the receiver's pin keeps an unconnected line quiet.
 #[test]
-fn every_image_opens_a_debug_port_that_may_be_opened() {
-    for image in ["default", "small", "lecture"] {
-        let mut firmware = Firmware::booted(image);
-        // The words of UICR take effect at a reset.
-        firmware.board.reset();
-        assert!(!firmware.board.debug_port_is_open(), "{image}");
-        firmware.run_for(3 * MILLISECOND);
-        assert!(firmware.board.debug_port_is_open(), "{image}");
-        assert_eq!(firmware.resets(), [ResetCause::Pin], "{image}");
-    }
-}
-
-#[test]
-fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
-    for erased in 0..UICR.len() {
-        let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-        let mut written = UICR.to_vec();
-        written.remove(erased);
-        firmware.write_uicr(written);
-        firmware.run_for(5 * MILLISECOND);
-        assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
-        assert_eq!(firmware.resets(), [ResetCause::Soft]);
-        assert!(firmware.board.debug_port_is_open());
-    }
-}
-
-#[test]
-fn what_someone_else_wrote_to_uicr_stays() {
-    let mut firmware = Firmware::on_an_erased_chip("write-uicr");
-    let [reset, again, protection] = UICR.map(|(word, _)| word);
-    let others = [21, 22, 0];
-    firmware.write_uicr([(reset, 21), (again, 22), (protection, 0)]);
-    firmware.run_for(5 * MILLISECOND);
-    assert_eq!(uicr(&mut firmware), others);
-    assert!(firmware.resets().is_empty());
-}
-
-#[test]
-fn the_instruction_cache_is_on() {
+fn the_cache_and_the_pull_up_are_on() {
     const NVMC_ICACHECNF: u32 = 0x4001_E540;
+    const PIN_CNF_8: u32 = 0x5000_0720;
     let mut firmware = Firmware::at_power_on("default");
-    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 0);
-    firmware.run_for(3 * MILLISECOND);
-    assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), 1);
+    for (after, cache, pull) in [(0, 0, 0), (3, 1, 3)] {
+        firmware.run_for(after * MILLISECOND);
+        assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), cache);
+        assert_eq!(firmware.board.register(PIN_CNF_8).unwrap() >> 2 & 3, pull);
+    }
 }
 
 /// Frames arrive, but the failsafe's time does not advance. No tick wakes the main loop, so nobody feeds the
@@ -156,37 +110,6 @@ fn the_servos_wires_are_driven_low_before_anything_else() {
         }
         let pins = firmware.board.pins();
         assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0), "{image}");
-    }
-}
-
-#[test]
-fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
-    for reset in [
-        |firmware: &mut Firmware| firmware.fault_in(&["TIMER0"]),
-        |firmware: &mut Firmware| firmware.board.reset(),
-        // RESETREAS shows no cause, as after power-on.
-        |firmware: &mut Firmware| firmware.board.brown_out(),
-        Firmware::starve_the_watchdog,
-    ] {
-        let mut firmware = Firmware::booted("default");
-        live(&mut firmware);
-        reset(&mut firmware);
-        let from = firmware.board.trace().resets[0].at;
-        firmware.run_for(400 * MILLISECOND);
-        let pulses = pulses(&mut firmware, from);
-        assert_eq!(pulses[0], SERVO, "{:?}", firmware.resets());
-        for pair in pulses.windows(2) {
-            for axis in 0..3 {
-                // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-                let [before, after] =
-                    [pair[0][axis], pair[1][axis]].map(|width| width.abs_diff(PARK[axis]));
-                assert!(
-                    after <= before && before - after <= 24,
-                    "axis {axis}: {pair:?}"
-                );
-            }
-        }
-        assert_eq!(pulses.last(), Some(&PARK));
     }
 }
 
@@ -272,8 +195,8 @@ fn the_reset_pin_is_the_cause_whatever_else_is_said() {
     firmware.fault_in(&["TIMER0"]);
     // The pin resets the chip before the firmware has cleared the last cause.
     firmware.board.reset();
-    firmware.log("default");
+    firmware.board.log();
     firmware.run_for(5 * MILLISECOND);
-    let log = firmware.log("default").join("\n");
+    let log = firmware.board.log().join("\n");
     assert!(log.contains("reset by pin (RESETREAS 0x1)"), "{log}");
 }

@@ -1,10 +1,13 @@
 //! Tests that no output jumps: whatever arrives, and whenever the main loop stands still or the chip is reset, two
 //! outputs in a row differ by at most the number of units that the settings state.
 
-use nrf52840_emulator::{Board, MILLISECOND, ResetCause};
+use nrf52840_emulator::{Board, MILLISECOND};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 
 use crate::firmware::{Firmware, Setpoint, frame, sample};
 use crate::outputs::{led3, pulse, pulses};
+use crate::resets::{Kind, reset};
 
 /// The most units by which the output of a poll differs from the output before, by the settings. The output moves over
 /// its 255 units in 200 ms, and a poll moves it for at most 4 ms.
@@ -24,13 +27,13 @@ const FRAME_EVERY: u64 = 20;
 const FRAME: u64 = 7 * 10 * 64_000_000 / 115_200;
 
 /// Firmware whose outputs are recorded.
-struct Recorded {
-    firmware: Firmware,
+pub(crate) struct Recorded {
+    pub(crate) firmware: Firmware,
     kept: usize,
 }
 
 impl Recorded {
-    fn booted() -> Self {
+    pub(crate) fn booted() -> Self {
         let mut firmware = Firmware::booted("default");
         let kept = firmware.board.watch("LAST_OUTPUT").unwrap();
         Self { firmware, kept }
@@ -54,7 +57,7 @@ impl Recorded {
     }
 
     /// Returns the output at an instant, and the outputs of all later polls, without repetitions.
-    fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
+    pub(crate) fn polled(&mut self, since: u64) -> Vec<[u8; 3]> {
         let changes = &self.firmware.board.trace().changes;
         let kept = changes.iter().filter(|change| change.watch == self.kept);
         let kept: Vec<_> = kept.collect();
@@ -68,7 +71,7 @@ impl Recorded {
 
     /// Asserts that no output of a poll has changed by more than `most` units since an instant, and no pulse by more
     /// than the settings allow.
-    fn assert_bounded(&mut self, since: u64, most: u8, what: &str) {
+    pub(crate) fn assert_bounded(&mut self, since: u64, most: u8, what: &str) {
         for pair in self.polled(since).windows(2) {
             let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
             assert!(differences.max() <= Some(most), "{what}: {pair:?}");
@@ -126,137 +129,46 @@ fn after_a_halt_the_outputs_go_on_from_where_they_are() {
     }
 }
 
-/// Programs usually begin with frames that command the middle.
-#[test]
-fn frames_that_equal_the_park_position_do_not_end_the_approach() {
-    let mut recorded = Recorded::booted();
-    let from = recorded.firmware.board.now();
-    recorded.drive(60, |_| [128; 3]);
-    recorded.drive(900, |_| [255, 0, 255]);
-    recorded.assert_bounded(from, MOST_PER_SLOW_POLL, "approach");
-    recorded.live_at([255, 0, 255]);
-    recorded.assert_bounded(from, MOST_PER_POLL, "approach, then live");
-}
-
-/// Returns a demand of a motion: a sine of this amplitude and frequency.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the numbers are small, and the result is between 0 and 255"
-)]
-fn sine(milliseconds: u64, amplitude: f64, hertz: f64, phase: f64) -> u8 {
-    let angle = std::f64::consts::TAU * (hertz * milliseconds as f64 / 1_000.0 + phase);
-    (128.0 + amplitude * angle.sin()).round() as u8
-}
-
-/// An approach ends within the time that the settings state: it lasts a second, and then each axis meets its demand
-/// within another second.
-#[test]
-fn an_approach_ends_in_every_motion() {
-    type Motion = fn(u64) -> Setpoint;
-    let thirds: Motion =
-        |time| [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| sine(time, 60.0, 1.0, phase));
-    let fast: Motion = |time| [1.0, 1.3, 0.8].map(|hertz| sine(time, 100.0, hertz, 0.0));
-    for (name, motion) in [("thirds", thirds), ("fast", fast)] {
-        let mut recorded = Recorded::booted();
-        let from = recorded.firmware.board.now();
-        recorded.drive(960, motion);
-        recorded.assert_bounded(from, MOST_PER_SLOW_POLL, name);
-        recorded.drive(1_100, |time| motion(960 + time));
-        let live_from = recorded.firmware.board.now();
-        assert!(!recorded.firmware.leds()[2], "{name}: live within 2.06 s");
-        recorded.drive(3_000, |time| motion(2_060 + time));
-        let led3 = |pins: &nrf52840_emulator::Pins| pins.high[0] >> 15 & 1 == 0;
-        let pins = recorded.firmware.board.trace().pin_changes.iter();
-        let lit = pins.filter(|(at, pins)| *at > live_from && led3(pins));
-        assert_eq!(lit.count(), 0, "{name}: live from then on");
-        recorded.assert_bounded(from, MOST_PER_POLL, name);
-    }
-}
-
-#[test]
-fn one_or_two_frames_after_a_silence_move_nothing() {
-    for frames in 1..=2 {
-        let mut recorded = Recorded::booted();
-        let from = recorded.firmware.board.now();
-        recorded.drive(frames * FRAME_EVERY, |_| [255, 0, 200]);
-        let (lit, _) = led3(&mut recorded.firmware, 2_000);
-        assert_eq!(lit, 2_000, "LED3");
-        for widths in pulses(&mut recorded.firmware, from) {
-            assert_eq!(widths, [pulse(128); 3]);
-        }
-        assert!(recorded.polled(from).len() <= 1);
-    }
-}
-
-/// BIN has no checksum, so a frame with an inverted bit is a frame.
-#[test]
-fn an_inverted_top_bit_moves_a_live_axis_by_a_tenth_of_its_travel() {
-    for bit in sample(0..24, 5).chain([7, 15, 23]) {
-        let mut recorded = Recorded::booted();
-        recorded.live_at([128, 127, 255]);
-        let from = recorded.firmware.board.now();
-        let mut wrong = [128, 127, 255];
-        wrong[bit / 8] ^= 1 << (bit % 8);
-        recorded.drive(20, |_| wrong);
-        recorded.drive(500, |_| [128, 127, 255]);
-        recorded.assert_bounded(from, 3, "live");
-        for polled in recorded.polled(from) {
-            let away = polled.iter().zip([128_u8, 127, 255]);
-            let away = away.map(|(is, was)| is.abs_diff(was));
-            assert!(away.max() <= Some(28), "{polled:?}");
-        }
-    }
-}
-
-/// The outputs move as fast as they can when the reset comes, at different times of a period.
+/// The outputs move as fast as they can when the reset comes, at different times of a period. After the last one, they move
+/// slowly to park.
 #[test]
 fn no_reset_lets_an_output_jump() {
-    type Cause = (&'static str, fn(&mut Firmware), ResetCause);
-    let restarted = |firmware: &mut Firmware| {
-        firmware.board.reset();
-        firmware.run_for(MILLISECOND / 5);
-        firmware.board.reset();
-    };
-    let causes: [Cause; 5] = [
-        (
-            "hard fault",
-            |one| one.fault_in(&["UARTE0_UART0"]),
-            ResetCause::Soft,
-        ),
-        (
-            "watchdog",
-            Firmware::starve_the_watchdog,
-            ResetCause::Watchdog,
-        ),
-        ("pin", |one| one.board.reset(), ResetCause::Pin),
-        (
-            "brown-out",
-            |one| one.board.brown_out(),
-            ResetCause::BrownOut,
-        ),
-        ("reset while it starts", restarted, ResetCause::Pin),
-    ];
-    for (name, cause, expected) in causes {
+    for kind in [
+        Kind::Fault,
+        Kind::Lockup,
+        Kind::Watchdog,
+        Kind::Pin,
+        Kind::BrownOut,
+    ] {
+        let what = format!("{kind:?}");
         let mut recorded = Recorded::booted();
         recorded.live_at([255, 0, 255]);
         let from = recorded.firmware.board.now();
         for offset in sample(0..20, 3) {
             recorded.drive(40, |_| [0, 255, 128]);
-            recorded
-                .firmware
-                .run_for(offset * MILLISECOND + 300 * offset);
-            let before = recorded.last_pulses();
-            assert_ne!(before, [pulse(128); 3]);
+            let firmware = &mut recorded.firmware;
+            firmware.run_for(offset * MILLISECOND + 300 * offset);
+            assert_ne!(recorded.last_pulses(), [pulse(128); 3]);
             let resets = recorded.firmware.resets().len();
-            cause(&mut recorded.firmware);
-            assert_eq!(recorded.firmware.resets()[resets], expected, "{name}");
+            reset(
+                &mut recorded.firmware,
+                kind,
+                &mut ChaCha8Rng::seed_from_u64(0),
+            );
+            assert_eq!(recorded.firmware.resets().len(), resets + 1, "{what}");
             recorded.firmware.run_for(50 * MILLISECOND);
-            recorded.assert_bounded(from, MOST_PER_POLL, name);
+            recorded.assert_bounded(from, MOST_PER_POLL, &what);
             recorded.live_at([255, 0, 255]);
         }
-        recorded.assert_bounded(from, MOST_PER_POLL, name);
+        reset(
+            &mut recorded.firmware,
+            kind,
+            &mut ChaCha8Rng::seed_from_u64(0),
+        );
+        let from = recorded.firmware.board.now();
+        recorded.firmware.run_for(700 * MILLISECOND);
+        recorded.assert_bounded(from, MOST_PER_SLOW_POLL, &what);
+        assert_eq!(recorded.last_pulses(), [pulse(128); 3], "{what}");
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::path::PathBuf;
 
-use nrf52840_emulator::{Board, Image, LineSymbol, LogTable, MILLISECOND};
+use nrf52840_emulator::{Board, Image, LineSymbol, MILLISECOND};
 
 const SETPOINT: &[u8] = b"AB\0\x76\x77\x78\r";
 const AXES: &str = "axes: [118, 119, 120]";
@@ -51,14 +51,12 @@ fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)
     for example in ["framelock-embassy", "framelock-rtic"] {
         let elf = std::fs::read(folder.join(example)).unwrap();
         let mut board = Board::new(Image::parse(&elf).unwrap()).unwrap();
-        let table = LogTable::parse(&elf).unwrap();
-        let mut decoder = table.decoder();
         board.run_for(10 * MILLISECOND).unwrap();
         test(example, &mut board);
         let mut log = Vec::new();
         for _ in 0..milliseconds {
             board.run_for(MILLISECOND).unwrap();
-            log.extend(decoder.lines(&board.take_rtt(0)));
+            log.extend(board.log());
         }
         println!("{example}:\n{}", log.join("\n"));
         check(&Log(log));

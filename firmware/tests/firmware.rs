@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 use nrf52840_emulator::{
-    Assumptions, Board, Image, LineSymbol, LogTable, MICROSECOND, MILLISECOND, ResetCause,
+    Assumptions, Board, Image, LineSymbol, MICROSECOND, MILLISECOND, ResetCause,
 };
 use object::{Object, ObjectSection};
 
@@ -279,13 +279,6 @@ impl Firmware {
         let discarded: u32 = reasons.iter().map(|name| self.counter(name)).sum();
         let placed = 7 * self.counter("frames") + discarded + self.counter("pending");
         assert_eq!(self.counter("bytes"), placed, "{what}");
-    }
-
-    /// Returns the log since the last call.
-    pub(crate) fn log(&mut self, image: &str) -> Vec<String> {
-        let table = LogTable::parse(&image_file(image)).unwrap();
-        let bytes = self.board.take_rtt(0);
-        table.decoder().lines(&bytes)
     }
 }
 

@@ -10,7 +10,6 @@ mod bounds;
 mod error_floods;
 mod figures;
 mod firmware;
-mod held_off_handlers;
 mod image;
 mod line_errors;
 mod outputs;

@@ -1,15 +1,14 @@
-//! Tests of servos, LEDs, log and watchdog.
+//! Tests of servos, LEDs, log and watchdog. Most of them are scripts: see `outputs.txt`.
 
-use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
+use nrf52840_emulator::{Assumptions, LineSymbol, MILLISECOND, ResetCause};
 
+use crate::bounds::Recorded;
 use crate::firmware::{Firmware, RESTART, UNDEFINED, frame, sample};
 
 /// Returns the pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
     1_000 + 1_000 * demand / 255
 }
-
-const PARK: u64 = 128;
 
 /// Returns the pulses of pitch, roll and yaw in every period since an instant, in microseconds.
 pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
@@ -49,168 +48,116 @@ pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
     (lit, flashes)
 }
 
-#[test]
-fn from_power_on_the_servos_are_parked() {
-    let mut firmware = Firmware::booted("default");
-    firmware.run_for(100 * MILLISECOND);
-    for widths in pulses(&mut firmware, 0) {
-        assert_eq!(widths, [pulse(PARK); 3]);
-    }
-    assert_eq!(firmware.leds(), [false, false, true]);
-}
+/// The states that LED3 shows and the log names.
+const STATES: [&str; 4] = [
+    "no frames",
+    "frames arrive too far apart",
+    "approach",
+    "live",
+];
 
 #[test]
-fn silence_holds_then_ramps_then_parks() {
-    let mut firmware = Firmware::booted("default");
-    parks_in_silence(&mut firmware);
-    // No pulse is cut short, even if the PWM begins a new period immediately when it gets new widths.
-    let mut firmware = Firmware::booted("default");
-    firmware.assume(|all| all.start_cuts_period = true);
-    parks_in_silence(&mut firmware);
-}
-
-fn parks_in_silence(firmware: &mut Firmware) {
-    firmware.drive(1_500, 10, |_| [0, 255, 64]);
-    let demand = [pulse(0), pulse(255), pulse(64)];
-    assert_eq!(firmware.leds(), [true, false, false]);
-    let silent_from = firmware.board.now();
-    assert_eq!(pulses(firmware, silent_from - 40 * MILLISECOND)[0], demand);
-
-    firmware.run_for(450 * MILLISECOND);
-    let held = pulses(firmware, silent_from);
-    assert!(
-        held.len() >= 22 && held.iter().all(|widths| *widths == demand),
-        "held"
-    );
-    assert_eq!(firmware.leds(), [false, false, true]);
-
-    let ramp_from = firmware.board.now();
-    firmware.run_for(700 * MILLISECOND);
-    let ramp = pulses(firmware, ramp_from);
-    for pair in ramp.windows(2) {
-        for (before, after) in pair[0].iter().zip(pair[1]) {
-            // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-            assert!(before.abs_diff(after) <= 20 + 4, "{pair:?}: slowly");
+fn each_script_passes() {
+    let mut count = 0;
+    for script in include_str!("outputs.txt").split("\n\n").skip(1) {
+        let mut lines = script.lines().filter(|line| !line.starts_with('#'));
+        let name = lines.next().unwrap();
+        let (mut recorded, mut log, mut mark) = (Recorded::booted(), Vec::new(), 0);
+        for line in lines {
+            let what = format!("{name}: {line}");
+            let words: Vec<&str> = line.trim_start().split(' ').collect();
+            let (command, words) = words.split_first().unwrap();
+            run(&mut recorded, &mut log, &mut mark, command, words, &what);
         }
-        assert!(
-            pair[0][0] <= pair[1][0] && pair[0][1] >= pair[1][1],
-            "{pair:?}: to park"
-        );
+        count += 1;
     }
-    assert_eq!(ramp.last(), Some(&[pulse(PARK); 3]));
+    assert_eq!(count, 15);
 }
 
-#[test]
-fn after_a_silence_the_demand_is_approached_and_then_followed() {
-    let mut firmware = Firmware::booted("default");
-    // An approach takes at least a second. Then a new demand takes effect within the 0.2 s that the outputs take for
-    // their travel, and two pulses.
-    firmware.drive(1_200, 10, |_| [255; 3]);
-    let from = firmware.board.now() + 240 * MILLISECOND;
-    firmware.drive(340, 10, |_| [10, 20, 30]);
-    let [pitch, roll, yaw] = [10, 20, 30].map(pulse);
-    for widths in pulses(&mut firmware, from) {
-        assert_eq!(widths, [pitch, roll, yaw]);
-    }
-}
-
-#[test]
-fn led1_goes_out_with_a_dropped_byte_and_comes_back_with_a_frame() {
-    let mut firmware = Firmware::booted("default");
-    firmware.drive(100, 10, |_| [1, 2, 3]);
-    assert!(firmware.leds()[0], "in an approach");
-    firmware.drive(1_000, 10, |_| [1, 2, 3]);
-    assert_eq!(firmware.leds(), [true, false, false]);
-    firmware.send_and_wait(b"?", 10 * MILLISECOND);
-    assert_eq!(firmware.leds(), [false; 3]);
-    firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
-    assert_eq!(firmware.leds(), [true, false, false]);
-}
-
-/// The log's text about a sender that is too slow.
-const SLOW: &str = "frames arrive too far apart: fewer than 10 a second (hold_after is 100 ms)";
-
-/// Sends frames, this many milliseconds apart, without running the board.
-fn queue(firmware: &mut Firmware, frames: u64, milliseconds: u64, setpoint: [u8; 3]) {
-    let now = firmware.board.now();
-    firmware.board.line(|line| {
-        for n in 0..frames {
-            let at = now + n * milliseconds * MILLISECOND;
-            for byte in frame(setpoint) {
-                line.send(at, LineSymbol::Byte(byte));
+fn run(
+    recorded: &mut Recorded,
+    log: &mut Vec<String>,
+    mark: &mut u64,
+    command: &str,
+    words: &[&str],
+    what: &str,
+) {
+    let number = |place: usize| words[place].parse::<u64>().expect(what);
+    let demand =
+        |place: usize| [0, 1, 2].map(|axis| u8::try_from(number(place + axis)).expect(what));
+    let firmware = &mut recorded.firmware;
+    match command {
+        "frames" => firmware.drive(number(0), number(1), |_| demand(2)),
+        "queue" => {
+            let now = firmware.board.now();
+            firmware.board.line(|line| {
+                for n in 0..number(0) {
+                    for byte in frame(demand(2)) {
+                        line.send(now + n * number(1) * MILLISECOND, LineSymbol::Byte(byte));
+                    }
+                }
+            });
+        }
+        "send" => {
+            let symbols = words.iter().map(|word| match *word {
+                "bad" => LineSymbol::BadStop(0),
+                byte => LineSymbol::Byte(u8::from_str_radix(byte, 16).expect(what)),
+            });
+            firmware.board.send_symbols(&symbols.collect::<Vec<_>>());
+        }
+        "run" => firmware.run_for(number(0) * MILLISECOND),
+        "mark" => *mark = firmware.board.now(),
+        "pulses" => {
+            let pulses = pulses(firmware, *mark);
+            let expected = demand(0).map(|unit| pulse(unit.into()));
+            assert!(
+                !pulses.is_empty() && pulses.iter().all(|widths| *widths == expected),
+                "{what}"
+            );
+        }
+        "bound" => recorded.assert_bounded(*mark, u8::try_from(number(0)).unwrap(), what),
+        "away" => {
+            for polled in recorded.polled(*mark) {
+                let mut away = polled.iter().zip(demand(1));
+                let is_near = away.all(|(is, was)| u64::from(is.abs_diff(was)) <= number(0));
+                assert!(is_near, "{what}: {polled:?}");
             }
         }
-    });
-}
-
-/// Runs the board for two periods of LED3's slowest pattern, which takes 1.05 s. Asserts for how many milliseconds LED3
-/// is lit, how often it goes on, and that the log has this text, and none of the texts about other states.
-fn says(firmware: &mut Firmware, lit: [u64; 2], flashes: u64, text: &str) {
-    firmware.log("default");
-    let (is_lit, has_flashed) = led3(firmware, 2_097);
-    assert!((lit[0]..=lit[1]).contains(&is_lit), "{text}: {is_lit} ms");
-    assert_eq!(has_flashed, flashes, "{text}");
-    let log = firmware.log("default");
-    for state in ["no frames", SLOW, "approach", "live"] {
-        let is_logged = log.iter().any(|line| line.ends_with(state));
-        assert_eq!(is_logged, state == text, "{state}: {log:#?}");
+        "assume" => firmware.assume(|all| *all = Assumptions::named(words[0]).expect(what)),
+        "leds" => {
+            for (lit, word) in firmware.leds().iter().zip(words) {
+                assert!(*word == "-" || *lit == (*word == "1"), "{what}");
+            }
+        }
+        "led3" => {
+            let (lit, flashes) = led3(firmware, number(0));
+            assert!((number(1)..=number(2)).contains(&lit), "{what}: {lit} ms");
+            assert_eq!(flashes, number(3), "{what}");
+        }
+        "log" => {
+            log.extend(firmware.board.log());
+            let found = log
+                .iter()
+                .filter(|line| line.contains(&words[1..].join(" ")));
+            assert_eq!(found.count() as u64, number(0), "{what}: {log:#?}");
+        }
+        "says" => {
+            firmware.board.log();
+            let (lit, flashes) = led3(firmware, 2_097);
+            assert!((number(0)..=number(1)).contains(&lit), "{what}: {lit} ms");
+            assert_eq!(flashes, number(2), "{what}");
+            *log = firmware.board.log();
+            let text = words[3..].join(" ");
+            for state in STATES {
+                let mut lines = log.iter();
+                let is_logged = lines.any(|line| line.ends_with(&text) && line.contains(state));
+                assert_eq!(is_logged, text.starts_with(state), "{what}: {log:#?}");
+                let is_logged = log.iter().any(|line| line.contains(state));
+                assert_eq!(is_logged, text.starts_with(state), "{what}: {log:#?}");
+            }
+        }
+        _ => panic!("unknown command: {what}"),
     }
-}
-
-#[test]
-fn led3_and_the_log_say_why_nothing_moves() {
-    let mut firmware = Firmware::booted("default");
-    says(&mut firmware, [2_097; 2], 0, "no frames");
-
-    queue(&mut firmware, 27, 200, [255, 0, 255]);
-    firmware.run_for(3_100 * MILLISECOND);
-    says(&mut firmware, [515, 535], 4, SLOW);
-    let widths = pulses(&mut firmware, 0);
-    assert!(widths.iter().all(|widths| *widths == [pulse(PARK); 3]));
-
-    // The sender falls silent. A single frame a second later does not count as a slow sender.
-    firmware.run_for(2_000 * MILLISECOND);
-    firmware.send_and_wait(&frame([1, 2, 3]), 0);
-    says(&mut firmware, [2_097; 2], 0, "no frames");
-}
-
-#[test]
-fn led3_blinks_evenly_in_an_approach_and_is_off_when_the_outputs_are_live() {
-    let mut firmware = Firmware::booted("default");
-    queue(&mut firmware, 400, 20, [255, 0, 255]);
-    firmware.run_for(100 * MILLISECOND);
-    let (lit, flashes) = led3(&mut firmware, 786);
-    assert!((380..=406).contains(&lit), "{lit} ms");
-    assert_eq!(flashes, 3);
-    firmware.run_for(1_200 * MILLISECOND);
-    let log = firmware.log("default");
-    assert!(
-        log.iter().any(|line| line.ends_with("approach")),
-        "{log:#?}"
-    );
-    says(&mut firmware, [0, 0], 0, "live");
-}
-
-/// A sender that is just fast enough starts the servos.
-#[test]
-fn twelve_frames_a_second_suffice() {
-    let mut firmware = Firmware::booted("default");
-    queue(&mut firmware, 60, 83, [255, 0, 255]);
-    firmware.run_for(2_500 * MILLISECOND);
-    says(&mut firmware, [0, 0], 0, "live");
-}
-
-#[test]
-fn led2_shows_an_error_for_a_moment() {
-    let mut firmware = Firmware::booted("default");
-    for _ in 0..2 {
-        assert!(!firmware.leds()[1]);
-        firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
-        firmware.run_for(20 * MILLISECOND);
-        assert!(firmware.leds()[1]);
-        firmware.run_for(200 * MILLISECOND);
-    }
-    assert!(!firmware.leds()[1]);
 }
 
 #[test]
@@ -221,7 +168,7 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
         firmware.board.trace().resets.is_empty(),
         "fed while all is well"
     );
-    firmware.log("default");
+    firmware.board.log();
 
     firmware.board.stick_main_loop().unwrap();
     let stuck_at = firmware.board.now();
@@ -231,7 +178,7 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     };
     assert_eq!(reset.cause, ResetCause::Watchdog);
     assert!(reset.at - stuck_at < 260 * MILLISECOND);
-    let log = firmware.log("default").join("\n");
+    let log = firmware.board.log().join("\n");
     assert!(log.contains("reset by watchdog"), "{log}");
     // Now the firmware works again.
     firmware.commits();
@@ -331,23 +278,5 @@ fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
         firmware.run_for(200 * MILLISECOND);
         assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
         firmware.takes_a_frame(MILLISECOND, "after the reset");
-    }
-}
-
-#[test]
-fn the_log_tells_of_boot_lock_and_counters() {
-    let mut firmware = Firmware::booted("default");
-    firmware.drive(200, 10, |_| [1, 2, 3]);
-    let log = firmware.log("default").join("\n");
-    for part in ["boot at 115200 baud; reset by power", "lock gained"] {
-        assert!(log.contains(part), "{part:?} is missing in: {log}");
-    }
-    firmware.run_for(1_100 * MILLISECOND);
-    let log = firmware.log("default");
-    let counted = log.iter().filter(|line| line.contains("bytes 140 "));
-    assert_eq!(counted.count(), 1, "once a second: {log:#?}");
-    let log = log.join("\n");
-    for part in ["lock lost", "frames 20 ", "skipped 0 restarts 0 unserved 0"] {
-        assert!(log.contains(part), "{part:?} is missing in: {log}");
     }
 }

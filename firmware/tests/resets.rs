@@ -9,7 +9,7 @@ use crate::outputs::pulse;
 
 /// How the chip is reset.
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Kind {
+pub(crate) enum Kind {
     PowerOn,
     BrownOut,
     Pin,
@@ -35,7 +35,7 @@ fn run(firmware: &mut Firmware, cycles: u64) {
 }
 
 /// Resets the chip. A fault, a lockup or a bite of the watchdog comes a few milliseconds later.
-fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
+pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
     match kind {
         Kind::PowerOn => {
             firmware.board.brown_out();
@@ -113,7 +113,7 @@ fn after_any_sequence_of_resets_it_works() {
         let own = resets.len() - kinds.len();
         let most = usize::from(image == "write-uicr");
         assert!(own <= most, "{what}: {resets:?}");
-        says_the_cause(&mut firmware, image, kinds.last().copied(), &what);
+        says_the_cause(&mut firmware, kinds.last().copied(), &what);
 
         let [.., protection] = UICR.map(|(word, _)| firmware.board.register(word).unwrap());
         let is_open = firmware.board.debug_port_is_open();
@@ -125,7 +125,7 @@ fn after_any_sequence_of_resets_it_works() {
 }
 
 /// Asserts that the last start logged the last reset's cause. The firmware may then have reset itself.
-fn says_the_cause(firmware: &mut Firmware, image: &str, last: Option<Kind>, what: &str) {
+fn says_the_cause(firmware: &mut Firmware, last: Option<Kind>, what: &str) {
     let cause = match last.unwrap() {
         Kind::PowerOn | Kind::BrownOut => "power",
         Kind::Pin => "pin",
@@ -134,7 +134,7 @@ fn says_the_cause(firmware: &mut Firmware, image: &str, last: Option<Kind>, what
         Kind::Lockup => "lockup",
     };
     let own = firmware.resets().last() == Some(&ResetCause::Soft) && last != Some(Kind::Fault);
-    let log = firmware.log(image).join("\n");
+    let log = firmware.board.log().join("\n");
     let expected = match cause {
         "power" if own => "reset by software (".to_owned(),
         "watchdog" if own => "reset by watchdog software (".to_owned(),

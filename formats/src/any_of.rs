@@ -4,7 +4,8 @@ use core::borrow::Borrow;
 
 use framelock::{Classification, DiscardReason, Format, LineEvent};
 
-use crate::layout::CheckedLayout;
+use crate::classify::is_silence;
+use crate::layout::{CheckedLayout, Length};
 
 /// Frames of several layouts on one line, for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
@@ -16,6 +17,9 @@ use crate::layout::CheckedLayout;
 /// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each frame
 /// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
 /// pauses are not reported, put layouts with shorter frames first.
+///
+/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. If it comes
+/// before another layout, the index in the message is that of the first layout of which the bytes are a frame.
 ///
 /// # Examples
 /// ```
@@ -62,7 +66,7 @@ impl<'l, L: Borrow<CheckedLayout<'l>>> Format for AnyOf<'_, L> {
 
     #[inline]
     fn longest(&self) -> usize {
-        let longest = self.0.iter().map(|it| it.borrow().longest);
+        let longest = self.0.iter().map(|it| it.borrow().most_bytes());
         longest.max().unwrap_or_default()
     }
 
@@ -77,13 +81,18 @@ impl<'l, L: Borrow<CheckedLayout<'l>>> Format for AnyOf<'_, L> {
             self.0,
             seen,
             |it| bytes.first().is_some_and(|&byte| it.borrow().starts(byte)),
-            |it, seen| classify(it.borrow(), bytes, seen),
+            |it, seen| classify(it.borrow(), bytes, seen, false),
         )
     }
 
     #[inline]
-    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
-        first_before(self.0, |it| classify(it.borrow(), bytes, 0))
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let is_over = is_silence(event);
+        first_before(self.0, |it| {
+            let layout: &CheckedLayout = it.borrow();
+            let ends_with_silence = matches!(layout.length, Length::Silence);
+            (classify(layout, bytes, 0, is_over), ends_with_silence)
+        })
     }
 
     #[inline]
@@ -95,16 +104,16 @@ impl<'l, L: Borrow<CheckedLayout<'l>>> Format for AnyOf<'_, L> {
     fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
         let starts = |it: &L| frame.first().is_some_and(|&byte| it.borrow().starts(byte));
         let is_its_frame =
-            |it: &L| classify(it.borrow(), frame, 0) == Classification::Frame(frame.len());
+            |it: &L| classify(it.borrow(), frame, 0, true) == Classification::Frame(frame.len());
         (kind(self.0, starts, is_its_frame), frame)
     }
 }
 
-/// Does the same as [`CheckedLayout::classify_after`].
+/// Does the same as [`CheckedLayout::classify_after`]. If `is_over`, silence follows the bytes.
 // The compiler does not inline this function, because the code for any layout is long.
 #[inline(never)]
-fn classify(layout: &CheckedLayout, bytes: &[u8], seen: usize) -> Classification {
-    layout.classify_after(bytes, seen)
+fn classify(layout: &CheckedLayout, bytes: &[u8], seen: usize, is_over: bool) -> Classification {
+    layout.0.classify_at(bytes, seen, is_over)
 }
 
 /// Returns the classification of the first layout that does not reject the bytes. If all layouts reject them, returns
@@ -137,15 +146,25 @@ pub(crate) fn first<L>(
 
 /// Returns the classification of bytes that a line event follows. The first layout that finds a frame decides. If no
 /// layout finds a frame, the bytes are rejected. The reason is the line event, because at least one layout had waited for
-/// more bytes.
+/// more bytes. But if a layout whose frames end with silence found an error after the header, the reason is this error.
+///
+/// `classify` returns a layout's classification, and true if the layout's frames end with silence.
 #[inline(always)]
 pub(crate) fn first_before<L>(
     all: &[L],
-    classify: impl FnMut(&L) -> Classification,
+    mut classify: impl FnMut(&L) -> (Classification, bool),
 ) -> Classification {
-    let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
-    let frame = all.iter().map(classify).find(is_frame);
-    frame.unwrap_or(Classification::Rejected(DiscardReason::LineEvent))
+    let mut furthest = DiscardReason::LineEvent;
+    for one in all {
+        match classify(one) {
+            (Classification::Frame(length), _) => return Classification::Frame(length),
+            (Classification::Rejected(why), true) if further_on(why) > further_on(furthest) => {
+                furthest = why;
+            }
+            _ => {}
+        }
+    }
+    Classification::Rejected(furthest)
 }
 
 /// Returns the index of the first layout that accepts a frame.

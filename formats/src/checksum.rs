@@ -13,8 +13,10 @@ impl Checksum<'_> {
         let (Some(stored), Some(covered)) = (stored, self.covered(frame, length)) else {
             return false;
         };
-        let sum = self.algorithm.of(covered, extra);
-        let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
+        if self.over_hex_digits && !are_pairs_of_digits(covered) {
+            return false;
+        }
+        let sum = self.of(covered, extra);
         let number = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
         let digits = |number: u32, digit: &u8| {
             let digit = char::from(*digit).to_digit(16)?;
@@ -25,7 +27,7 @@ impl Checksum<'_> {
             Encoding::Big => Some(stored.iter().fold(0, number)),
             Encoding::Hex => stored.iter().try_fold(0, digits),
         };
-        stored == Some(sum & u32::MAX >> unused)
+        stored == Some(sum & self.bits())
     }
 
     /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
@@ -36,7 +38,7 @@ impl Checksum<'_> {
         let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
             return false;
         };
-        let sum = self.algorithm.of(covered, extra);
+        let sum = self.of(covered, extra);
         let Some(stored) = frame.get_mut(place) else {
             return false;
         };
@@ -47,6 +49,83 @@ impl Checksum<'_> {
             Encoding::Hex => fill(stored, lowest_first.rev().flat_map(digits)),
         }
         true
+    }
+
+    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
+    /// the frame, only the lowest `n` bytes of the result are valid.
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock_formats::layout::Checksum;
+    /// // The negated sum: with it, the sum of all bytes is 0.
+    /// let negated = Checksum { initial: 0xFF, xor_out: 0xFF, ..Checksum::at_the_end(1) };
+    /// assert_eq!(negated.of(&[1, 2], None) & 0xFF, 0xFD);
+    /// ```
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
+        let sum = match &self.algorithm {
+            Algorithm::Crc(crc) => {
+                let register = crc.update(crc.start(), bytes);
+                crc.result(match extra {
+                    Some(extra) => crc.update(register, &[extra]),
+                    None => register,
+                })
+            }
+            Algorithm::Fletcher => fletcher(bytes, extra),
+            Algorithm::Sum if !self.over_hex_digits => {
+                let first = self.initial.wrapping_add(extra.map_or(0, u32::from));
+                let add = |sum: u32, byte: &u8| sum.wrapping_add((*byte).into());
+                bytes.iter().fold(first, add)
+            }
+            Algorithm::Xor if !self.over_hex_digits => {
+                let first = self.initial ^ extra.map_or(0, u32::from);
+                bytes.iter().fold(first, |xor, byte| xor ^ u32::from(*byte))
+            }
+            _ => self.rare_sum(bytes, extra),
+        };
+        sum ^ self.xor_out
+    }
+
+    /// Computes a sum or an XOR that few protocols have: with carry, of words, or over hexadecimal digits.
+    #[inline(never)]
+    fn rare_sum(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
+        let is_of_words = matches!(self.algorithm, Algorithm::SumWords | Algorithm::XorWords);
+        let mut is_upper = is_of_words && self.encoding != Encoding::Little;
+        let mut sum = self.initial;
+        let mut add = |byte: u8| {
+            let value = u32::from(byte) << if is_upper { 8 } else { 0 };
+            is_upper = is_of_words && !is_upper;
+            sum = match self.algorithm {
+                Algorithm::Xor | Algorithm::XorWords => sum ^ value,
+                Algorithm::CarrySum => self.carried(sum, value),
+                _ => sum.wrapping_add(value),
+            };
+        };
+        if self.over_hex_digits {
+            decoded(bytes).for_each(&mut add);
+        } else {
+            bytes.iter().copied().for_each(&mut add);
+        }
+        extra.into_iter().for_each(add);
+        sum
+    }
+
+    /// Returns the sum of two numbers. A carry out of the checksum's bits is added to the lowest bit.
+    fn carried(&self, sum: u32, value: u32) -> u32 {
+        let (next, is_carry) = sum.overflowing_add(value);
+        if is_carry || next > self.bits() {
+            (next & self.bits()).wrapping_add(1)
+        } else {
+            next
+        }
+    }
+
+    /// Returns the mask of the checksum's bits.
+    #[inline(always)]
+    fn bits(&self) -> u32 {
+        let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
+        u32::MAX >> unused.min(31)
     }
 
     /// Returns the bytes that the checksum covers.
@@ -67,6 +146,22 @@ impl Checksum<'_> {
     }
 }
 
+/// Returns true if the bytes are pairs of hexadecimal digits.
+#[cold]
+fn are_pairs_of_digits(bytes: &[u8]) -> bool {
+    bytes.len() & 1 == 0 && bytes.iter().all(u8::is_ascii_hexdigit)
+}
+
+/// Returns an iterator over the bytes that pairs of hexadecimal digits stand for.
+fn decoded(digits: &[u8]) -> impl Iterator<Item = u8> {
+    let value = |digit: u8| match digit {
+        b'0'..=b'9' => digit & 15,
+        _ => (digit & 15).wrapping_add(9),
+    };
+    let pairs = digits.chunks_exact(2);
+    pairs.map(move |pair| pair.iter().fold(0, |byte, digit| byte << 4 | value(*digit)))
+}
+
 /// Returns the two hexadecimal digits of a byte.
 fn digits(byte: u8) -> [u8; 2] {
     [byte >> 4, byte & 15].map(|digit| match digit {
@@ -81,38 +176,6 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
         .iter_mut()
         .zip(bytes)
         .for_each(|(byte, it)| *byte = it);
-}
-
-impl Algorithm<'_> {
-    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
-    /// the frame, only the lowest `n` bytes of the result are valid.
-    #[inline(always)]
-    #[must_use]
-    pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
-        match self {
-            Self::Crc(crc) => {
-                let register = crc.update(crc.start(), bytes);
-                crc.result(match extra {
-                    Some(extra) => crc.update(register, &[extra]),
-                    None => register,
-                })
-            }
-            Self::Sum => sum(bytes, extra),
-            Self::InvertedSum => !sum(bytes, extra),
-            Self::NegatedSum => sum(bytes, extra).wrapping_neg(),
-            Self::Xor => bytes.iter().fold(extra.map_or(0, u32::from), |xor, byte| {
-                xor ^ u32::from(*byte)
-            }),
-            Self::Fletcher => fletcher(bytes, extra),
-        }
-    }
-}
-
-#[inline(always)]
-fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
-    bytes.iter().fold(extra.map_or(0, u32::from), |sum, byte| {
-        sum.wrapping_add((*byte).into())
-    })
 }
 
 /// Computes the Fletcher checksum. The lowest eight bits of the result are the sum of the bytes. After each byte, this

@@ -41,8 +41,8 @@ impl CheckedLayout<'_> {
         self.0.classify_after(bytes, seen)
     }
 
-    /// Classifies incomplete bytes that a line event follows. A line event completes no frame of a layout, so the
-    /// function rejects the bytes.
+    /// Classifies incomplete bytes that a line event follows. If [silence](Length::Silence) ends the frames, a pause or
+    /// a break completes a frame. Otherwise the function rejects the bytes.
     #[inline(always)]
     #[must_use]
     pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
@@ -57,20 +57,41 @@ impl CheckedLayout<'_> {
     }
 }
 
-// MAVLink's formats use these functions of the unchecked layout. If they wrapped a layout that has messages of their own
-// in a `CheckedLayout` for each byte, the compiler would not specialise the code for the layout.
 impl Layout<'_> {
     #[inline(always)]
     pub(crate) fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.try_classify(bytes, seen)
+        self.classify_known(self.known(), bytes, seen)
+    }
+
+    /// Does the same as [`classify_after`](Self::classify_after), but the known messages are those of `known`. So the
+    /// layout may be a constant, for which the compiler specialises the code, although its messages are not constant.
+    #[inline(always)]
+    pub(crate) fn classify_known(
+        &self,
+        known: &[KnownMessage],
+        bytes: &[u8],
+        seen: usize,
+    ) -> Classification {
+        self.try_classify(known, bytes, seen, false)
             .unwrap_or_else(|classification| classification)
     }
 
     #[inline(always)]
-    #[expect(clippy::unused_self, reason = "`classify_by` calls a method")]
     pub(crate) fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
-        let _ = (bytes, event);
+        if matches!(self.length, Length::Silence) && is_silence(event) {
+            let classification = self.classify_at(bytes, 0, true);
+            if !matches!(classification, Classification::Incomplete { .. }) {
+                return classification;
+            }
+        }
         Classification::Rejected(DiscardReason::LineEvent)
+    }
+
+    /// Does the same as [`classify_after`](Self::classify_after). If `is_over`, silence follows the bytes.
+    #[inline(always)]
+    pub(crate) fn classify_at(&self, bytes: &[u8], seen: usize, is_over: bool) -> Classification {
+        self.try_classify(self.known(), bytes, seen, is_over)
+            .unwrap_or_else(|classification| classification)
     }
 
     #[inline(always)]
@@ -83,12 +104,21 @@ impl Layout<'_> {
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
-    /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
-    /// returns the classification as an error, for use with `?`.
+    /// Does the same as [`classify_at`](Self::classify_at). If the header alone decides the classification, returns the
+    /// classification as an error, for use with `?`.
     #[inline(always)]
-    fn try_classify(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
-        let header = self.parse(bytes)?;
-        Ok(match self.frame_of(&header, bytes, seen) {
+    fn try_classify(
+        &self,
+        known: &[KnownMessage],
+        bytes: &[u8],
+        seen: usize,
+        is_over: bool,
+    ) -> Result<Classification, Classification> {
+        let header = self.header_bytes(bytes)?;
+        let header = self
+            .parse_header(known, header)
+            .map_err(Classification::Rejected)?;
+        Ok(match self.frame_of(&header, bytes, seen, is_over) {
             Ok(frame) => match self.mismatch(&header, frame) {
                 Some(why) => Classification::Rejected(why),
                 None => Classification::Frame(frame.len()),
@@ -97,10 +127,17 @@ impl Layout<'_> {
         })
     }
 
+    #[inline(always)]
+    pub(crate) fn known(&self) -> &[KnownMessage] {
+        self.messages
+            .as_ref()
+            .map_or(&[], |messages| messages.known)
+    }
+
     /// Parses the header at the beginning of the bytes.
     #[inline(always)]
     pub(crate) fn parse(&self, bytes: &[u8]) -> Result<Header, Classification> {
-        self.parse_header(self.header_bytes(bytes)?)
+        self.parse_header(self.known(), self.header_bytes(bytes)?)
             .map_err(Classification::Rejected)
     }
 
@@ -127,7 +164,11 @@ impl Layout<'_> {
 
     /// Parses a complete header.
     #[inline(always)]
-    pub(crate) fn parse_header(&self, head: &[u8]) -> Result<Header, DiscardReason> {
+    pub(crate) fn parse_header(
+        &self,
+        known: &[KnownMessage],
+        head: &[u8],
+    ) -> Result<Header, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
         if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head, head.len())) {
@@ -136,7 +177,7 @@ impl Layout<'_> {
         let message = match &self.messages {
             Some(messages) => Some(
                 messages
-                    .message(head)
+                    .message(known, head)
                     .ok_or(DiscardReason::UnknownMessage)?,
             ),
             None => None,
@@ -144,7 +185,7 @@ impl Layout<'_> {
         let extra = message.and_then(|message| message.extra);
         let trailer = self.trailer.map_or(0, |trailer| trailer.bytes_after(head));
         let frame = match &self.length {
-            Length::Delimiter => {
+            Length::Delimiter | Length::Silence => {
                 return Ok(Header {
                     length: None,
                     trailer: 0,
@@ -178,16 +219,28 @@ impl Layout<'_> {
         })
     }
 
-    /// Returns the bytes of the frame with this header if the frame is complete. Does not check the rest of the frame.
+    /// Returns the bytes of the frame with this header if the frame is complete. If `is_over`, silence follows the bytes.
+    /// Does not check the rest of the frame.
     #[inline(always)]
     pub(crate) fn frame_of<'a>(
         &self,
         header: &Header,
         bytes: &'a [u8],
         seen: usize,
+        is_over: bool,
     ) -> Result<&'a [u8], Classification> {
         let length = match header.length {
             Some(length) => length,
+            None if matches!(self.length, Length::Silence) => {
+                if bytes.len() > self.longest {
+                    return Err(Classification::Rejected(DiscardReason::TooLong));
+                }
+                if is_over && bytes.len() >= self.shortest {
+                    bytes.len()
+                } else {
+                    self.most_bytes()
+                }
+            }
             None => self.end(bytes, seen)?,
         };
         let at_least = length;
@@ -203,8 +256,8 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        // If the frame has no length field, `end` has already found the terminator.
-        let ends = header.length.is_none() || self.terminator.ends(frame);
+        // If a delimiter ends the frame, `end` has already found it.
+        let ends = matches!(self.length, Length::Delimiter) || self.terminator.ends(frame);
         if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
         }
@@ -216,8 +269,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the index after the first terminator. The first `seen` bytes have been classified as incomplete, so they
-    /// contain no whole terminator.
+    /// Returns the length of the frame that ends with the first terminator and the bytes behind it. The first `seen`
+    /// bytes have been classified as incomplete, so they do not contain this whole frame.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let [other, another] = &self.other_terminators;
@@ -226,7 +279,7 @@ impl Layout<'_> {
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // The search for a terminator has not yet covered the bytes that arrived before the header was complete.
         let seen = if seen >= self.header() { seen } else { 0 };
-        let from = seen.saturating_sub(width.wrapping_sub(1));
+        let from = seen.saturating_sub(width.wrapping_sub(1).wrapping_add(self.behind));
         let from = from.max(self.sync.length);
         let rest = bytes.get(from..).unwrap_or_default();
         let found = if self.content.is_empty() {
@@ -239,10 +292,15 @@ impl Layout<'_> {
         match found {
             Some((place, width)) => {
                 let content = from.wrapping_add(place);
-                if content.wrapping_add(self.terminator.length) < self.shortest {
+                let least = self.terminator.length.wrapping_add(self.behind);
+                if content.wrapping_add(least) < self.shortest {
                     return Err(Classification::Rejected(DiscardReason::BadHeader));
                 }
-                Ok(content.wrapping_add(width))
+                let length = content.wrapping_add(width).wrapping_add(self.behind);
+                if self.behind > 0 && length > self.longest {
+                    return Err(Classification::Rejected(DiscardReason::TooLong));
+                }
+                Ok(length)
             }
             None if bytes.len() >= self.longest => {
                 Err(Classification::Rejected(DiscardReason::WrongTerminator))
@@ -276,6 +334,11 @@ impl Layout<'_> {
         }
         Err(Classification::Rejected(DiscardReason::WrongTerminator))
     }
+}
+
+/// Returns true if the line is silent at this event.
+pub(crate) const fn is_silence(event: LineEvent) -> bool {
+    matches!(event, LineEvent::Idle | LineEvent::Break)
 }
 
 impl Patterns<'_> {
@@ -328,10 +391,10 @@ impl Number {
 
 impl Messages<'_> {
     #[inline(always)]
-    fn message(&self, header: &[u8]) -> Option<KnownMessage> {
+    fn message(&self, known: &[KnownMessage], header: &[u8]) -> Option<KnownMessage> {
         let number = self.number.read(header);
-        let place = self.known.binary_search_by_key(&number, |it| it.number);
-        self.known.get(place.ok()?).copied()
+        let place = known.binary_search_by_key(&number, |it| it.number);
+        known.get(place.ok()?).copied()
     }
 }
 
@@ -352,6 +415,6 @@ impl FixedBits {
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));
-        byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
+        byte.is_some_and(|byte| byte & self.mask == self.value)
     }
 }

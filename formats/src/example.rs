@@ -46,7 +46,7 @@ impl CheckedLayout<'_> {
                 };
                 let frame = buffer.get_mut(..whole).unwrap_or_default();
                 self.write(frame);
-                match self.classify(frame) {
+                match self.0.classify_at(frame, 0, true) {
                     Classification::Frame(all) if all == whole => {
                         return Ok(buffer.get_mut(..whole).unwrap_or_default());
                     }
@@ -111,7 +111,7 @@ impl CheckedLayout<'_> {
             let place = frame.get_mut(at..).unwrap_or_default().iter_mut().take(1);
             place.for_each(|byte| *byte = *byte & !mask | bits);
         }
-        let end = length.saturating_sub(self.terminator.length);
+        let end = self.terminator_at(length);
         fill(frame, sync.unwrap_or_default().iter().copied());
         let end = frame.get_mut(end..).unwrap_or_default();
         fill(end, terminator.unwrap_or_default().iter().copied());
@@ -124,8 +124,12 @@ impl CheckedLayout<'_> {
         free.step_by(19).nth(number).unwrap_or_default()
     }
 
-    /// Returns true if the byte is content, and not part of a terminator.
+    /// Returns true if the byte is content, not part of a terminator, and a digit if the checksum covers digits.
     fn is_free(&self, byte: u8) -> bool {
-        self.is_content(byte) && !self.terminator.bytes.contains(&byte)
+        let covers_digits = self
+            .checksum
+            .is_some_and(|checksum| checksum.over_hex_digits);
+        let is_possible = !covers_digits || byte.is_ascii_hexdigit();
+        is_possible && self.is_content(byte) && !self.terminator.bytes.contains(&byte)
     }
 }

@@ -1,9 +1,10 @@
 //! UBX, NMEA and RTCM 3 on one line.
 
-use framelock::Format;
+use framelock::{Classification, Format, LineEvent};
 
+use crate::any_of::{first, first_before, kind};
 use crate::layout::{CheckedLayout, Layout};
-use crate::{AnyOf, nmea, rtcm, ubx};
+use crate::{nmea, rtcm, ubx};
 
 /// The protocols that satellite receivers send on one line: UBX, NMEA and RTCM 3.
 ///
@@ -37,12 +38,19 @@ pub enum Message<'a> {
     Rtcm(rtcm::Message<'a>),
 }
 
+/// The protocols, in the order in which they are tried.
+const ALL: [Protocol; 3] = [Protocol::Ubx, Protocol::Nmea, Protocol::Rtcm];
+
+#[derive(Clone, Copy)]
+enum Protocol {
+    Ubx,
+    Nmea,
+    Rtcm,
+}
+
 impl<const LONGEST: usize> Gnss<LONGEST> {
-    const ALL: AnyOf<'static> = AnyOf(&[
-        ubx::Ubx::<LONGEST>::LAYOUT,
-        Self::up_to(&nmea::LAYOUT),
-        Self::up_to(&rtcm::LAYOUT),
-    ]);
+    const NMEA: CheckedLayout<'static> = Self::up_to(&nmea::LAYOUT);
+    const RTCM: CheckedLayout<'static> = Self::up_to(&rtcm::LAYOUT);
 
     const fn up_to(layout: &CheckedLayout<'static>) -> CheckedLayout<'static> {
         let longest = if layout.layout().longest <= LONGEST {
@@ -56,18 +64,73 @@ impl<const LONGEST: usize> Gnss<LONGEST> {
         }
         .checked()
     }
+
+    /// Classifies bytes as a frame of one protocol. Because each layout is a constant, the compiler specialises the
+    /// code for each: together they are shorter than the code for any layout, which [`AnyOf`](crate::AnyOf) uses.
+    #[inline(never)]
+    fn classify_as(protocol: Protocol, bytes: &[u8], seen: usize) -> Classification {
+        match protocol {
+            Protocol::Ubx => const { ubx::Ubx::<LONGEST>::LAYOUT }.classify_after(bytes, seen),
+            Protocol::Nmea => const { Self::NMEA }.classify_after(bytes, seen),
+            Protocol::Rtcm => const { Self::RTCM }.classify_after(bytes, seen),
+        }
+    }
+
+    #[inline]
+    fn starts_as(protocol: Protocol, byte: u8) -> bool {
+        match protocol {
+            Protocol::Ubx => ubx::LAYOUT.starts(byte),
+            Protocol::Nmea => nmea::LAYOUT.starts(byte),
+            Protocol::Rtcm => rtcm::LAYOUT.starts(byte),
+        }
+    }
 }
 
 impl<const LONGEST: usize> Format for Gnss<LONGEST> {
-    crate::classify_by!(ubx::Ubx::<LONGEST>::LAYOUT, |_format| Self::ALL);
+    const LONGEST: usize = LONGEST;
     type Message<'a> = Message<'a>;
 
     #[inline]
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
+    }
+
+    #[inline]
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        let starts = |it: &Protocol| {
+            bytes
+                .first()
+                .is_some_and(|&byte| Self::starts_as(*it, byte))
+        };
+        first(&ALL, seen, starts, |it, seen| {
+            Self::classify_as(*it, bytes, seen)
+        })
+    }
+
+    #[inline]
+    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
+        first_before(&ALL, |it| (Self::classify_as(*it, bytes, 0), false))
+    }
+
+    #[inline]
+    fn starts(&self, byte: u8) -> bool {
+        ALL.iter().any(|it| Self::starts_as(*it, byte))
+    }
+
+    #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
-        match Self::ALL.decode(frame) {
-            (0, frame) => Message::Ubx(ubx::Ubx::<LONGEST>.decode(frame)),
-            (1, frame) => Message::Nmea(nmea::Nmea.decode(frame)),
-            (_, frame) => Message::Rtcm(rtcm::Rtcm.decode(frame)),
+        let is_frame = Classification::Frame(frame.len());
+        let starts = |it: &Protocol| {
+            frame
+                .first()
+                .is_some_and(|&byte| Self::starts_as(*it, byte))
+        };
+        match kind(&ALL, starts, |it| {
+            Self::classify_as(*it, frame, 0) == is_frame
+        }) {
+            0 => Message::Ubx(ubx::Ubx::<LONGEST>.decode(frame)),
+            1 => Message::Nmea(nmea::Nmea.decode(frame)),
+            _ => Message::Rtcm(rtcm::Rtcm.decode(frame)),
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{Algorithm, CheckedLayout, Checksum, Layout, Patterns};
+use crate::layout::{CheckedLayout, Checksum, Layout, Patterns};
 
 /// The layout of an iBUS frame: see [`Ibus`].
 pub const LAYOUT: CheckedLayout<'static> = Layout {
     sync: Patterns::one(&[0x20, 0x40]),
     longest: 32,
     checksum: Some(Checksum {
-        algorithm: Algorithm::InvertedSum,
+        xor_out: 0xFFFF,
         ..Checksum::at_the_end(2)
     }),
     ..Layout::NONE

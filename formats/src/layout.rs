@@ -104,6 +104,9 @@ pub struct Layout<'a> {
     pub checksum: Option<Checksum<'a>>,
     /// The bytes that a frame ends with.
     pub terminator: Patterns<'a>,
+    /// The number of bytes after the terminator that belong to the frame, such as a checksum. Only frames that end with a
+    /// delimiter can have them. Offsets from the end count these bytes, so -1 is the last of them.
+    pub behind: usize,
     /// The bytes that are allowed between the sync and the terminator, as inclusive ranges. If there are no ranges, any
     /// byte is allowed. Use ranges only for frames that end with a delimiter. A byte outside the ranges must begin a
     /// terminator. Otherwise the frame is rejected immediately. The check is fastest if the widest range comes first.
@@ -178,6 +181,7 @@ impl<'a> Layout<'a> {
         messages: None,
         checksum: None,
         terminator: Patterns::NONE,
+        behind: 0,
         content: &[],
         other_terminators: [Patterns::NONE; 2],
         trailer: None,
@@ -232,6 +236,17 @@ impl<'a> Layout<'a> {
         }
     }
 
+    /// Returns the greatest number of bytes that a receiver must hold before the layout has classified them: the number
+    /// of bytes in the longest frame. If silence ends each frame, one more byte shows that a frame is too long.
+    #[inline]
+    #[must_use]
+    pub const fn most_bytes(&self) -> usize {
+        match self.length {
+            Length::Silence => self.longest.saturating_add(1),
+            _ => self.longest,
+        }
+    }
+
     /// Returns the number of bytes in the longest frame that has no trailer.
     #[must_use]
     pub const fn longest_without_trailer(&self) -> usize {
@@ -244,6 +259,12 @@ impl<'a> Layout<'a> {
         let [other, another] = &self.other_terminators;
         let others = other.each().chain(another.each());
         self.terminator.each().chain(others)
+    }
+
+    /// Returns the index of the terminator in a frame that ends with the [`terminator`](Self::terminator).
+    pub(crate) const fn terminator_at(&self, length: usize) -> usize {
+        let end = self.terminator.length.saturating_add(self.behind);
+        length.saturating_sub(end)
     }
 
     #[inline(always)]

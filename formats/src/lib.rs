@@ -87,12 +87,14 @@
 //! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
+//! | Modbus RTU | [`modbus`] | 256 | CRC-16, and the pause after the frame | MODBUS over Serial Line V1.02 |
+//! | SLIP and KISS, COBS, HDLC | [`packet`] | chosen by you | nothing; HDLC: CRC-16 | RFC 1055, RFC 1662 |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All formats in the table except `SixAxes` are [`Format`](framelock::Format)s for a
-//! [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
-//! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
-//! [`Receiver`](framelock::Receiver).
+//! The formats of [`packet`] are for a [`PacketReceiver`](framelock::PacketReceiver). All other formats in the table except
+//! `SixAxes` are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver). Its documentation
+//! says when a frame is delivered, and which frames can be lost. `SixAxes` is a
+//! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver).
 //!
 //! The formats find and check each message, and decode the fields that every message of the protocol has. Your program
 //! interprets the payloads of CRSF, UBX and MAVLink.
@@ -150,8 +152,10 @@ pub mod gnss;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;
+pub mod modbus;
 pub mod motion;
 pub mod nmea;
+pub mod packet;
 pub mod rtcm;
 pub mod sbus;
 mod seal;
@@ -182,7 +186,7 @@ macro_rules! classify_by {
         $crate::classify_by!($layout, |_format| const { $layout });
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
-        const LONGEST: usize = $longest.layout().longest;
+        const LONGEST: usize = $longest.layout().most_bytes();
 
         #[inline]
         fn classify(&self, bytes: &[u8]) -> $crate::Classification {

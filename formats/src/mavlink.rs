@@ -1,6 +1,6 @@
 //! MAVLink 1 and 2.
 
-use framelock::{EncodeError, EncodeInto, Format};
+use framelock::{Classification, EncodeError, EncodeInto, Format, LineEvent};
 
 pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
 use crate::layout::{
@@ -96,6 +96,27 @@ const fn unchecked_v2(known: &[KnownMessage]) -> Layout<'_> {
 const MAVLINK1: CheckedLayout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: CheckedLayout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
+/// A constant layout, and the messages that take the place of its placeholder message. The compiler specialises the code
+/// for the constant layout.
+struct Dialect<'a>(&'static Layout<'static>, &'a [KnownMessage]);
+
+impl Dialect<'_> {
+    #[inline(always)]
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.0.classify_known(self.1, bytes, seen)
+    }
+
+    #[inline(always)]
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        self.0.classify_before(bytes, event)
+    }
+
+    #[inline(always)]
+    fn starts(&self, byte: u8) -> bool {
+        self.0.starts(byte)
+    }
+}
+
 /// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
 /// header announces it.
 ///
@@ -171,7 +192,7 @@ pub struct Signature<'a> {
 }
 
 impl Format for Mavlink1<'_> {
-    crate::classify_by!(MAVLINK1, |format| unchecked_v1(format.0));
+    crate::classify_by!(MAVLINK1, |format| Dialect(&MAVLINK1.0, format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -193,7 +214,7 @@ impl Format for Mavlink1<'_> {
 }
 
 impl Format for Mavlink2<'_> {
-    crate::classify_by!(MAVLINK2, |format| unchecked_v2(format.0));
+    crate::classify_by!(MAVLINK2, |format| Dialect(&MAVLINK2.0, format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]

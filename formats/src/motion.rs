@@ -3,7 +3,7 @@
 
 use framelock::{Encode, FixedFormat, Shape};
 
-use crate::layout::{Algorithm, CheckedLayout, Checksum, Crc, Encoding, Layout, Patterns};
+use crate::layout::{Algorithm, CheckedLayout, Checksum, Crc, Layout, Patterns};
 
 /// The layout of a [`Bin`](framelock::motion::Bin) frame.
 pub const BIN: CheckedLayout<'static> = Layout {
@@ -24,11 +24,10 @@ pub const BIN_CRC8: CheckedLayout<'static> = Layout {
             xor_out: 0xFF,
             ..Crc::new(8, 0x2F)
         }),
-        bytes: 1,
-        encoding: Encoding::Little,
         at: -2,
         from: 2,
         to: -3,
+        ..Checksum::at_the_end(1)
     }),
     terminator: Patterns::one(b"\r"),
     ..Layout::NONE

@@ -20,11 +20,11 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
     }],
     checksum: Some(Checksum {
         algorithm: Algorithm::Xor,
-        bytes: 1,
         encoding: Encoding::Hex,
         at: -4,
         from: 1,
         to: -6,
+        ..Checksum::at_the_end(1)
     }),
     terminator: Patterns::one(b"\r\n"),
     other_terminators: [Patterns::one(b"\n"), Patterns::one(b"\r\r\n")],

@@ -7,7 +7,7 @@ use crate::layout::{ByteOrder, CheckedLayout, Layout, Length, LengthField, Patte
 
 impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
-    /// bytes as they are. If the layout has several syncs or several terminators, writes the first sync and the first
+    /// bytes as they are. If silence ends the frame, the sender must be silent after these bytes. If the layout has several syncs or several terminators, writes the first sync and the first
     /// terminator, unless the bytes already have a valid one. If the frame has a trailer, set the bits that announce
     /// the trailer before you call this function, and append the trailer after the call.
     ///
@@ -21,7 +21,7 @@ impl CheckedLayout<'_> {
 impl Layout<'_> {
     pub(crate) fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
-        self.classify_after(frame, 0) == Classification::Frame(frame.len())
+        self.classify_at(frame, 0, true) == Classification::Frame(frame.len())
     }
 
     pub(crate) fn write(&self, frame: &mut [u8]) {
@@ -43,8 +43,7 @@ impl Layout<'_> {
         }
         // Otherwise the frame already ends with one of the other terminators.
         if length == frame.len() {
-            let end = length.saturating_sub(self.terminator.length);
-            self.terminator.write(frame, end);
+            self.terminator.write(frame, self.terminator_at(length));
         }
         if let (Some(checksum), Ok(header)) = (&self.checksum, self.parse(frame)) {
             checksum.write(frame, length, header.extra);

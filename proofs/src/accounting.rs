@@ -41,6 +41,7 @@ fn any_line<P>(parser: P, start: u32) -> Line<P> {
     counters.discarded.unknown_message = start;
     counters.discarded.checksum_mismatch = start;
     counters.discarded.wrong_terminator = start;
+    counters.discarded.broken_stuffing = start;
     counters.discarded.line_event = start;
     counters.resynchronisations = start;
     Line::resumed(parser, counters)
@@ -64,6 +65,7 @@ fn placed(counters: &Counters, start: u32) -> u8 {
         + up(discarded.unknown_message, start)
         + up(discarded.checksum_mismatch, start)
         + up(discarded.wrong_terminator, start)
+        + up(discarded.broken_stuffing, start)
         + up(discarded.line_event, start)
 }
 
@@ -214,7 +216,11 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
             Some(DiscardReason::WrongTerminator),
             discarded.wrong_terminator,
         ),
-        7 => (Some(DiscardReason::LineEvent), discarded.line_event),
+        7 => (
+            Some(DiscardReason::BrokenStuffing),
+            discarded.broken_stuffing,
+        ),
+        8 => (Some(DiscardReason::LineEvent), discarded.line_event),
         _ => (None, counters.frame_bytes),
     }
 }

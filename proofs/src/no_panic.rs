@@ -114,6 +114,7 @@ fn any_counters() -> Counters {
         discarded.unknown_message,
         discarded.checksum_mismatch,
         discarded.wrong_terminator,
+        discarded.broken_stuffing,
         discarded.line_event,
     ] = kani::any();
     let events = &mut counters.events;
@@ -129,7 +130,7 @@ fn any_counters() -> Counters {
 
 /// Runs every operation of a line, with any counters.
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(10)]
 fn line() {
     let counters = any_counters();
     let _ = counters.discarded.total();
@@ -145,7 +146,7 @@ fn line() {
 /// Runs every operation of a line with any parser, which may report any outcomes, and slices of any length. The line
 /// passes on each message and each outcome.
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(10)]
 fn line_of_any_parser() {
     let any_line = || Line::resumed(AnyParser::default(), any_counters());
     let has_found = |line: &Line<AnyParser>| line.parser().messages == 1;

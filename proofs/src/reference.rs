@@ -144,14 +144,16 @@ pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[
 /// The reference for frames of any length: asks the format about all following bytes, at one position after another.
 /// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame begins.
 /// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`end`), this
-/// number is 0: the reference asks [`classify_before`](framelock::Format::classify_before) instead of waiting.
+/// number is 0: the reference asks [`classify_before`](framelock::Format::classify_before) instead of waiting. Once it
+/// has done so, each byte that the format rejects without a second question is discarded as
+/// [`LineEvent`](DiscardReason::LineEvent).
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],
     end: Option<LineEvent>,
     mut report: impl FnMut(Found<usize>),
 ) -> usize {
-    let mut free = 0;
+    let (mut free, mut has_waited) = (0, false);
     for i in 0..bytes.len() {
         if i < free {
             continue;
@@ -160,9 +162,13 @@ pub fn framed<F: framelock::Format>(
         let known = rest.get(..format.longest()).unwrap_or(rest);
         let classification = match (format.classify(known), end) {
             (Classification::Incomplete { .. }, Some(event)) => {
+                has_waited = true;
                 format.classify_before(known, event)
             }
             (Classification::Incomplete { .. }, None) => return rest.len(),
+            (Classification::Rejected(_), _) if has_waited => {
+                Classification::Rejected(DiscardReason::LineEvent)
+            }
             (classification, _) => classification,
         };
         free = i + match classification {

@@ -20,6 +20,14 @@ c_tools() {
     debian ccache clang cmake gcc-arm-none-eabi gcc-avr avr-libc simavr libsimavr-dev arduino-core-avr
 }
 
+# Sets `binutils` to the beginning of the paths of objcopy and size for Arm.
+binutils() {
+    binutils=arm-none-eabi
+    have $binutils-objcopy && return
+    rustup component add llvm-tools
+    binutils=$(rustc --print target-libdir)/../bin/llvm
+}
+
 browsers() {
     have chromium || have chromium-browser || have google-chrome || have google-chrome-stable || debian chromium
     have firefox-esr || have firefox || debian firefox-esr

@@ -20,6 +20,7 @@ published="--package framelock --package framelock-formats"
 # Runs tests. `cargo xtask verify` checks that at least one test runs after each of these lines.
 tests_of() { echo "tests: $*"; "$@"; }
 
+#= format: the sources are formatted by rustfmt
 format() {
     lints
     for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals; do
@@ -31,6 +32,7 @@ chip=thumbv7em-none-eabihf
 
 # The targets include one without atomic compare-and-swap, one with a floating-point unit, and one that is not Arm. Subsets
 # of the features between the empty and the full one are checked for one target only.
+#= core: the core compiles for microcontrollers under every set of its features; the formats compile too
 core() {
     chips="thumbv6m-none-eabi $chip riscv32imac-unknown-none-elf"
     bare_metal $chips
@@ -47,8 +49,10 @@ core() {
     note "$(echo $subsets | wc -w) sets of features"
 }
 
+#= prove: the theorems, by Kani or by the offline prover; harnesses of more than 20 s only if their sources have changed
 prove() { cargo xtask prove; }
 
+#= clippy: no warning from the compiler or clippy, in all targets
 clippy() {
     lints
     cargo test $everything --all-targets --no-run
@@ -58,11 +62,13 @@ clippy() {
 }
 
 # The firmware's tests need the images, and have a stage of their own.
+#= tests: unit and integration tests, and replay of the corpora
 tests() {
     c_tools
     tests_of cargo test $everything --all-targets --no-fail-fast --exclude framelock-firmware-tests
 }
 
+#= docs: the documentation builds without warnings, and its examples run
 docs() {
     tests_of cargo test $everything --doc
     RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --all-features $published --package framelock-proofs \
@@ -70,6 +76,7 @@ docs() {
 }
 
 # Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one instead.
+#= interface: the public interface of each published package equals the committed one
 interface() {
     # Build in a separate folder. In the common folder, cargo would compile all dependencies again, because RUSTC_BOOTSTRAP
     # changes their build. A stable compiler accepts the unstable JSON only with this variable. docs.rs sets `docsrs`, too.
@@ -119,6 +126,20 @@ images() (
     done
 )
 
+# Builds the images with these names, or all, writes them as Intel HEX, and prints their sizes.
+hex_images() {
+    binutils
+    images . "$target/firmware" "$@"
+    [ $# -gt 0 ] || set -- $every_image
+    for image; do
+        file=$target/firmware/images/$image
+        hex=$target/firmware/images/framelock-nrf52840-$image.hex
+        "$binutils-size" "$file.elf" | awk -v "name=$file.elf" 'NR == 2 { print name ": " $1 + $2 " bytes of flash" }'
+        "$binutils-objcopy" -O ihex "$file.elf" "$hex"
+        echo "$hex"
+    done
+}
+
 # Makes the archives for C and for Arduino, which contain the same headers.
 archives() {
     archives=$target/archives
@@ -139,6 +160,7 @@ check_settings() (
     cargo check --locked --release --target $chip --target-dir "$1/target" --bin framelock-firmware
 )
 
+#= firmware: the firmware builds for the nRF52840 without warnings, with each set of features
 firmware() {
     with_lint=yes images . "$target/firmware"
     cargo xtask contradictions
@@ -151,21 +173,15 @@ emulated_in() {
     tests_of cargo test $everything --test firmware -- "$@"
 }
 
+#= emulated: the firmware's release images in the emulator
 emulated() {
     images . "$target/firmware"
     emulated_in "$target/firmware/images"
 }
 
-# Checks the answers of the compared crates, and the formats' costs on the chip.
-rivals() {
-    (bare_metal $chip)
-    cd formats/benches/rivals
-    cargo clippy --locked --release --target-dir "$target/rivals" -- -Dwarnings
-    cargo run --locked --release --target-dir "$target/rivals" -- check
-}
-
 # First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
 # tests under each single assumption.
+#= random (--all): the firmware with many more random streams, and under each assumption about the chip
 random() {
     images . "$target/firmware"
     export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
@@ -175,6 +191,7 @@ random() {
 }
 
 # The examples are built into the folder in which the guide's commands expect them. The RP2040 has no emulator.
+#= examples (--all): the examples for Embassy and RTIC build without warnings and run in the emulator; the example for the RP2040 builds
 examples() {
     # The guide's commands call plain `cargo`, which does not use Debian's compiler.
     without=$(
@@ -193,11 +210,22 @@ examples() {
     tests_of cargo test $everything --test examples -- $without
 }
 
+# Checks the answers of the compared crates, and the formats' costs on the chip.
+#= rivals (--all): the answers of framelock and of other crates on faulty streams, and the formats' cost on the chip
+rivals() {
+    (bare_metal $chip)
+    cd formats/benches/rivals
+    cargo clippy --locked --release --target-dir "$target/rivals" -- -Dwarnings
+    cargo run --locked --release --target-dir "$target/rivals" -- check
+}
+
+#= statistics (--all): the simulator's findings, with all trials
 statistics() {
     export FRAMELOCK_STATISTICS=full
     tests_of cargo test --package framelock-simulation
 }
 
+#= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink
 tables() {
     python_with pandas==3.1.1 polars==2.1.0 pymavlink==2.4.50
     cargo build --package framelock-host
@@ -205,17 +233,22 @@ tables() {
     "$python" host/description/tests/message_names.py host/description/src/message_names.txt formats/src/dialects.rs
 }
 
+#= generated (--all): code generated from two hundred random descriptions
 generated() {
     c_tools
     tests_of cargo test $everything --test c -- --ignored
 }
 
+#= slow-proofs (--all): the harnesses that take more than 20 s
 slow_proofs() { cargo xtask prove --slow; }
 
+#= c-proofs (--all): the receivers in C do the same as those in Rust, without undefined behaviour, by the offline prover
 c_proofs() { cargo xtask prove --c; }
 
+#= prover (--all): the offline prover refutes what must fail, and leaves no process running
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
 
+#= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
 bugs() { cargo xtask bugs; }
 
 # Proves the step in images of the sources in a folder, which are built into a folder.
@@ -227,6 +260,7 @@ machine_code_of() {
     tests_of "$python" -B proofs/machine-code/prove.py $(printf "$built/images/%s.elf " "$@")
 }
 
+#= machine-code (--all): the receiver's step is proved in the machine code of the images, and seeded bugs in it are noticed
 machine_code() {
     machine_code_of . "$target/firmware" default megabaud lecture small
     cargo xtask bugs machine-code
@@ -234,6 +268,7 @@ machine_code() {
 
 # Fuzzes without a sanitizer, because the core and the oracles forbid `unsafe`, and without tracing comparisons, because
 # that would take more than half of the time. The dictionaries and seeds contain the values that are compared.
+#= fuzz (--all): every fuzz target, for a minute
 fuzz() {
     nightly
     cargo_tool cargo-fuzz 0.13.2
@@ -248,6 +283,7 @@ fuzz() {
     done
 }
 
+#= systems (--all): the command line compiles for Windows and macOS
 systems() {
     rustup target add x86_64-pc-windows-msvc aarch64-apple-darwin
     export RUSTFLAGS=-Dwarnings
@@ -255,6 +291,7 @@ systems() {
     cargo check --package framelock-host --package xtask --all-targets --target aarch64-apple-darwin
 }
 
+#= minimum (--all): the core and the formats compile with the oldest Rust that their manifests promise
 minimum() {
     oldest=1.85
     rustup toolchain install $oldest --profile minimal
@@ -265,6 +302,7 @@ minimum() {
     done
 }
 
+#= semver (--all): the public interface is compatible with that of the commit `semver-baseline`
 semver() {
     cargo_tool cargo-semver-checks 0.51.0
     baseline=$(sed -n 's/^semver-baseline = "\(.*\)"/\1/p' Cargo.toml)
@@ -274,6 +312,7 @@ semver() {
     cargo semver-checks --baseline-rev "$baseline" $published
 }
 
+#= publish (--all): each published package can be published, without a warning
 publish() {
     # A clone without symbolic links has files here that contain only a path.
     for folder in core formats; do
@@ -285,6 +324,7 @@ publish() {
     if grep '^warning' "$target/publish" | grep -v 'due to dry run'; then return 1; fi
 }
 
+#= wheel (--all): the Python package, built, installed into a new environment and run there
 wheel() {
     python_with maturin==1.16.0
     folder=$target/wheel
@@ -307,6 +347,7 @@ wheel() {
 }
 
 # The nightly workflow also checks for security advisories, which change without a commit.
+#= licences (--all): the licences, duplicates and sources of all dependencies, by cargo-deny
 licences() {
     cargo_tool cargo-deny 0.20.2
     for folder in . firmware fuzz formats/benches/rivals; do
@@ -314,8 +355,8 @@ licences() {
     done
 }
 
-# Compiles the page's machines, and generates the script that calls them. The version must equal that of the library in
-# host/web/Cargo.toml.
+# Compiles the page's machines, generates the script that calls them, and writes the page. The version must equal that of
+# the library in host/web/Cargo.toml.
 page() {
     wasm=wasm32-unknown-unknown
     echo "Compiles the page to WebAssembly, in about a minute. The first build also downloads a target (20 MB) and"
@@ -325,11 +366,13 @@ page() {
     cargo rustc --locked --package framelock-web --lib --crate-type cdylib --profile wasm --target $wasm
     wasm-bindgen --target no-modules --no-typescript --out-name machines --out-dir "$target/$wasm/wasm/bound" \
         "$target/$wasm/wasm/framelock_web.wasm"
+    python3 tools/xtask/page.py "$target" "$@"
 }
 
+#= web (--all): the page works in browsers
 web() {
     browsers
-    cargo xtask web
+    page
     cargo build --package framelock-web --example views
     # The tests run in another folder, so the paths are absolute.
     export FRAMELOCK_PAGE="$target/web/index.html" FRAMELOCK_VIEWS="$target/debug/examples/views"
@@ -337,12 +380,13 @@ web() {
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }
 
-# The tests of the core and the formats. The harnesses take most of a day: see proofs/README.md.
+# The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see proofs/README.md.
+#= mutants (--all): some test notices each small change of the core, layouts and checksums (hours)
 mutants() {
     cargo_tool cargo-mutants 27.1.0
     # Exit code 3: some change made the tests run into their time limit. Such a change counts as noticed.
     cargo mutants --workspace --test-package framelock --test-package framelock-formats \
-        --output "$target/mutants-by-tests" || [ $? = 3 ]
+        --test-package framelock-oracles --output "$target/mutants-by-tests" || [ $? = 3 ]
 }
 
 "$@"

@@ -1,12 +1,14 @@
 //! Proves that C and Rust classify arbitrary bytes in the same way. The harnesses cover layouts of
 //! receivers with a buffer, each up to a stated number of bytes. They compare the reason, the length
-//! of a frame, and the number of bytes that the next decision needs.
+//! of a frame, and the number of bytes that the next decision needs. If silence ends the frames, they also compare the
+//! classifications before a line event.
 
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::crsf::Crsf;
 use framelock_formats::ibus::Ibus;
-use framelock_formats::layout::{Algorithm, Checksum, Layout, Length, LengthField, Patterns};
+use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};
 use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1};
+use framelock_formats::modbus::ModbusRtu;
 use framelock_formats::nmea::Nmea;
 use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
@@ -23,7 +25,7 @@ struct IbusTelemetry;
 /// Returns the checksum rule that iBUS frames of every length share.
 const fn ibus_checksum() -> Checksum<'static> {
     Checksum {
-        algorithm: Algorithm::InvertedSum,
+        xor_out: 0xFFFF,
         ..Checksum::at_the_end(2)
     }
 }
@@ -59,9 +61,12 @@ impl Format for IbusTelemetry {
     fn decode(&self, _: &[u8]) {}
 }
 
+use crate::windows::LINE_EVENTS;
+
 unsafe extern "C" {
     safe fn c_set(place: u8, byte: u8);
     safe fn c_classify(count: u8, seen: u8) -> u8;
+    safe fn c_classify_before(count: u8, event: u8) -> u8;
     safe fn c_number() -> u16;
     safe fn c_begins(byte: u8) -> u8;
 }
@@ -69,7 +74,9 @@ unsafe extern "C" {
 /// Checks the classification of up to `MOST` bytes. If frames have a delimiter, assumes that the
 /// first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on
 /// `seen`.
-fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: &F) {
+fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT: bool>(
+    format: &F,
+) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
     let seen: u8 = kani::any_where(|&seen| seen < count);
@@ -81,22 +88,33 @@ fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: &F) {
         c_set(place.to_le_bytes()[0], bytes[place]);
         place += 1;
     }
-    let outcome = format.classify_after(&bytes[..usize::from(count)], usize::from(seen));
-    let (outcome, number) = match outcome {
-        Classification::Rejected(why) => (in_c(why), 0),
-        Classification::Frame(length) => (8, length),
-        Classification::Incomplete { at_least } => (9, at_least),
-    };
+    let bytes_before = &bytes[..usize::from(count)];
+    let (outcome, number) = in_c(format.classify_after(bytes_before, usize::from(seen)));
     assert!(c_classify(count, seen) == outcome);
     assert!(outcome < 8 || usize::from(c_number()) == number);
     assert!(format.starts(bytes[0]) == (c_begins(bytes[0]) != 0));
-    kani::cover!(outcome == 8, "a frame");
+    if IS_SILENT {
+        let event: u8 = kani::any_where(|event| *event < 5);
+        let before = format.classify_before(bytes_before, LINE_EVENTS[usize::from(event)]);
+        let (before, number) = in_c(before);
+        assert!(c_classify_before(count, event) == before);
+        assert!(before < 8 || usize::from(c_number()) == number);
+        kani::cover!(before == 8, "a frame");
+        kani::cover!(before == 5, "a wrong checksum");
+    } else {
+        kani::cover!(outcome == 8, "a frame");
+    }
     kani::cover!(outcome == 9 && count > 1, "an incomplete frame");
 }
 
-/// Returns the number that the C files use for a reason.
-fn in_c(why: DiscardReason) -> u8 {
-    match why {
+/// Returns the number that the C files use for a classification, and the number that belongs to the classification.
+fn in_c(classification: Classification) -> (u8, usize) {
+    let why = match classification {
+        Classification::Frame(length) => return (8, length),
+        Classification::Incomplete { at_least } => return (9, at_least),
+        Classification::Rejected(why) => why,
+    };
+    let reason = match why {
         DiscardReason::NoSync => 0,
         DiscardReason::BrokenSync => 1,
         DiscardReason::BadHeader => 2,
@@ -105,7 +123,8 @@ fn in_c(why: DiscardReason) -> u8 {
         DiscardReason::ChecksumMismatch => 5,
         DiscardReason::WrongTerminator => 6,
         _ => 7,
-    }
+    };
+    (reason, 0)
 }
 
 /// Defines the harness of a format, in a module with the name of its C file.
@@ -118,7 +137,7 @@ macro_rules! for_formats {
                 #[kani::proof]
                 #[kani::unwind($bound)]
                 fn classification_is_same() {
-                    same::<_, $most, $has_delimiter>(&$format);
+                    same::<_, $most, $has_delimiter, false>(&$format);
                 }
             }
         )*
@@ -134,4 +153,14 @@ for_formats! {
     mavlink1 Mavlink1(ARDUPILOTMEGA), 9 12 false;
     ibus_any IbusAny, 32 34 false;
     ibus_telemetry IbusTelemetry, 8 10 false;
+}
+
+mod modbus_rtu {
+    use super::{ModbusRtu, same};
+
+    #[kani::proof]
+    #[kani::unwind(10)]
+    fn classification_is_same() {
+        same::<_, 8, false, true>(&ModbusRtu);
+    }
 }

@@ -43,8 +43,15 @@ impl Format for Any {
         answer(bytes, low(seen))
     }
 
-    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
-        answer(bytes, BEFORE)
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let number = match event {
+            LineEvent::Framing => 0,
+            LineEvent::Parity => 1,
+            LineEvent::Overrun => 2,
+            LineEvent::Break => 3,
+            _ => 4,
+        };
+        answer(bytes, BEFORE + number)
     }
 
     fn starts(&self, byte: u8) -> bool {
@@ -56,8 +63,8 @@ impl Format for Any {
     }
 }
 
-/// The number that stands for `classify_before` in the questions to the classifier in C.
-const BEFORE: u8 = 255;
+/// This number plus the event stands for `classify_before` in the questions to the classifier in C.
+const BEFORE: u8 = 250;
 
 /// Returns the answer of the classifier in C.
 fn answer(bytes: &[u8], seen: u8) -> Classification {
@@ -188,5 +195,10 @@ fn event_is_same() {
     kani::cover!(
         frames == 1 && line.counters().discarded.line_event == 1,
         "a frame and a discarded byte"
+    );
+    let discarded = &line.counters().discarded;
+    kani::cover!(
+        discarded.line_event == 1 && discarded.no_sync == 1,
+        "an undecided byte that starts no frame, and a byte that waited"
     );
 }

@@ -20,4 +20,6 @@ mod engine;
 #[cfg(kani)]
 mod failsafe;
 #[cfg(kani)]
+mod packets;
+#[cfg(kani)]
 mod windows;

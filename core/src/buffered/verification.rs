@@ -59,10 +59,16 @@
 //! place is pending, too, and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`, both
-//! ask it [`Format::classify_before`], whose answer is a frame or a rejection. Each frame that lies whole in the pending
-//! bytes is delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
+//! ask it [`Format::classify_before`], whose answer is a frame or a rejection. From then on, both drop each byte as
+//! `LineEvent` that the format rejects without the second question. Each frame that lies whole in the pending bytes is
+//! delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
 //! [`line_events`] proves one step of the loop, and [`reference`] runs the loop. After a line event nothing is
 //! pending, so no later frame contains a byte from before the event.
+//!
+//! Before the format answers `Incomplete`, the reference at the end of a stream does the same as without a line event.
+//! So the counters do not depend on whether the bytes before the event were pushed or fed. Only a step of a line event
+//! sets `ask_at` to 1: [`steps`] and [`pushes`] show that the other functions do not. The last step of a line
+//! event resets the receiver. So the first step of the next event finds another value.
 //!
 //! **13g** is in the crate `framelock-formats`.
 

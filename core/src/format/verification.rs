@@ -57,6 +57,7 @@ pub fn any_mismatch() -> DiscardReason {
         4 => DiscardReason::WrongTerminator,
         5 => DiscardReason::TooLong,
         6 => DiscardReason::UnknownMessage,
+        7 => DiscardReason::BrokenStuffing,
         _ => DiscardReason::LineEvent,
     }
 }

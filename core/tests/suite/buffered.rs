@@ -1,12 +1,9 @@
-//! Tests the receiver of frames of any length: false starts, runs of noise, buffers, and when it asks the format.
+//! Tests the receiver of frames of any length: runs of noise, buffers, and when it asks the format. The tests of
+//! `framelock-oracles` compare the receiver with the naive reference.
 
 use std::cell::{Cell, RefCell};
 
-use framelock::{
-    BufferedReceiver, Classification, DiscardReason, Format, Found, Frame, Line, LineEvent,
-};
-use proptest::collection::vec;
-use proptest::prelude::*;
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format};
 
 /// `'#' length payload`, where the last byte must be a letter.
 #[derive(Clone, Copy)]
@@ -34,125 +31,6 @@ impl Format for Short {
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[2..]
-    }
-}
-
-/// A false start that claims six bytes, and two frames.
-const STREAM: &[u8] = b"#\x04#\x01a#\x06bcdefg";
-
-/// Unless the buffer is long, the pending bytes move to the buffer's front while the second frame is received. The
-/// second frame is delivered with its last byte.
-#[test]
-fn frames_after_a_false_start_are_delivered_from_buffers_of_any_size() {
-    fn check<const N: usize>() {
-        let mut receiver = BufferedReceiver::<_, [u8; N]>::new(Short);
-        let mut frames = Vec::new();
-        for (place, byte) in STREAM.iter().enumerate() {
-            let frame = receiver.push(*byte);
-            frames.extend(frame.map(|frame| (place, frame.message().to_vec())));
-        }
-        let expected = [(6, b"a".to_vec()), (12, b"bcdefg".to_vec())];
-        assert_eq!(frames, expected, "{N}");
-        assert_eq!(receiver.pending(), 0);
-    }
-    check::<9>();
-    check::<10>();
-    check::<12>();
-    check::<18>();
-}
-
-#[test]
-fn slices_that_are_cut_anywhere_lose_nothing() {
-    for cut in 0..=STREAM.len() {
-        let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);
-        let (mut frames, mut discarded) = (Vec::new(), 0);
-        for slice in [&STREAM[..cut], &STREAM[cut..]] {
-            receiver.feed(slice, |found| match found.message() {
-                Some(frame) => frames.push(frame.message().to_vec()),
-                None => discarded += found.bytes(),
-            });
-        }
-        assert_eq!(frames, [&b"a"[..], b"bcdefg"], "{cut}");
-        assert_eq!((discarded, receiver.pending()), (2, 0), "{cut}");
-    }
-}
-
-/// The false start still waits for bytes. The line event drops the false start, and delivers the frame after it.
-#[test]
-fn a_line_event_delivers_the_frame_after_a_false_start() {
-    let mut receiver = BufferedReceiver::<_, [u8; 9]>::new(Short);
-    receiver.feed(&STREAM[..5], |_| panic!("nothing is decided yet"));
-    assert_eq!(receiver.pending(), 5);
-    let mut found = Vec::new();
-    receiver.line_event(LineEvent::Idle, |one| {
-        found.push((
-            one.bytes(),
-            one.message().map(|frame| frame.message().to_vec()),
-        ));
-    });
-    assert_eq!(found, [(1, None), (1, None), (3, Some(b"a".to_vec()))]);
-    assert_eq!(receiver.pending(), 0);
-}
-
-/// A format of two kinds of frames: [`Short`], and `#a`, which a line event must follow.
-#[derive(Clone, Copy)]
-struct Either;
-
-impl Format for Either {
-    const LONGEST: usize = Short::LONGEST;
-    type Message<'a> = &'a [u8];
-
-    fn classify(&self, bytes: &[u8]) -> Classification {
-        match bytes {
-            [b'#', b'a'] => Classification::Incomplete { at_least: 3 },
-            _ => Short.classify(bytes),
-        }
-    }
-
-    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
-        match bytes {
-            [b'#', b'a'] => Classification::Frame(2),
-            _ => Classification::Rejected(DiscardReason::LineEvent),
-        }
-    }
-
-    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        frame
-    }
-}
-
-proptest! {
-    /// A poll and a line event that are done in steps report and count the same as in one call, in the same order. The
-    /// streams consist mostly of false starts, with frames among them.
-    #[test]
-    fn steps_do_what_one_call_does(
-        stream in vec((prop_oneof![3 => Just(b'#'), 4 => 0_u8..8, 2 => Just(b'a'), 1 => any::<u8>()], 0_u8..16), 0..200),
-    ) {
-        let line = || Line::new(BufferedReceiver::<_, [u8; 18]>::new(Either));
-        let (mut whole, mut stepped) = (line(), line());
-        let (mut expected, mut found) = (Vec::new(), Vec::new());
-        let noted = |one: Found<Frame<'_, Either>>| one.map(|frame| frame.bytes().to_vec());
-        for (byte, then) in stream {
-            expected.extend(whole.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
-            found.extend(stepped.push(byte).map(|frame| Found::frame(frame.bytes().len(), frame.bytes().to_vec())));
-            match then {
-                0 => {
-                    whole.line_event(LineEvent::Idle, |one| expected.push(noted(one)));
-                    let mut steps = 1;
-                    while stepped.line_event_step(LineEvent::Idle, |one| found.push(noted(one))) {
-                        steps += 1;
-                    }
-                    prop_assert!(steps < Either::LONGEST);
-                }
-                1..4 => {
-                    whole.feed(&[], |one| expected.push(noted(one)));
-                    while stepped.poll_step(|one| found.push(noted(one))) {}
-                }
-                _ => {}
-            }
-            prop_assert_eq!(&found, &expected);
-            prop_assert_eq!((stepped.counters(), stepped.pending()), (whole.counters(), whole.pending()));
-        }
     }
 }
 
@@ -273,7 +151,9 @@ fn a_borrowed_buffer_must_hold_the_longest_frame() {
     assert!(BufferedReceiver::with_buffer(NoBytes, &mut memory[..]).is_none());
     let receiver = BufferedReceiver::with_buffer(Short, &mut memory[..]);
     let mut receiver = receiver.expect("it holds nine bytes");
-    let frames = STREAM.iter().filter(|&&byte| receiver.push(byte).is_some());
+    let frames = b"#\x01a#\x06bcdefg"
+        .iter()
+        .filter(|&&byte| receiver.push(byte).is_some());
     assert_eq!(frames.count(), 2);
 }
 

@@ -23,6 +23,10 @@ fn reasons_events_phases_and_errors_are_written_as_words() {
 #[test]
 fn counters_are_written_in_a_line() {
     let mut line = Line::new(Receiver::<Bin>::new());
+    assert_eq!(
+        line.counters().to_string(),
+        "0 bytes, frames: 0 (0 bytes), discarded: none, resynchronisations: 0, line events: none"
+    );
     for byte in *b"xyAB\0\x01\x02\x03\rAC" {
         line.push(byte);
     }

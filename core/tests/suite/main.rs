@@ -5,6 +5,7 @@ mod buffered;
 mod display;
 mod examples;
 mod lecture_table;
+mod packets;
 mod parser;
 mod protocol_findings;
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]

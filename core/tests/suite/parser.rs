@@ -1,8 +1,6 @@
-//! Tests the functions that [`Parser`] and [`Line`] define by their other functions.
+//! Tests the functions that [`Parser`] defines by its other functions.
 
-use framelock::{BufferedReceiver, DiscardReason, Found, Line, LineEvent, Parser};
-
-use crate::buffered::Short;
+use framelock::{DiscardReason, Found, LineEvent, Parser};
 
 /// A machine that defines only the functions that it must. Each letter is a frame, and every other byte is discarded.
 struct Letters;
@@ -52,19 +50,4 @@ fn a_machine_of_ones_own_has_push_and_next() {
     assert_eq!(bytes, b"2c3");
     assert_eq!(letters.next(&mut bytes), Some('c'));
     assert_eq!(letters.next(&mut bytes), None);
-}
-
-/// The false start ends with a byte that is not a letter. This byte's `push` only drops the first byte, so the frame
-/// `#\x01a` stays pending.
-#[test]
-fn a_line_polls_for_a_frame_among_the_pending_bytes() {
-    let mut line = Line::new(BufferedReceiver::<_, [u8; 9]>::new(Short));
-    for byte in *b"#\x04#\x01a\0" {
-        assert!(line.push(byte).is_none());
-    }
-    let frame = line.poll().map(|frame| frame.message().to_vec());
-    assert_eq!(frame, Some(b"a".to_vec()));
-    assert!(line.poll().is_none());
-    let counters = line.counters();
-    assert_eq!((counters.bytes, counters.frames), (6, 1));
 }

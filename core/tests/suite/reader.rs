@@ -1,17 +1,37 @@
 //! Tests the reader on `embedded-io` sources, blocking and async.
 
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::future::poll_fn;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, LineEvent, Reader, Receiver};
+use framelock::{BufferedReceiver, Encode, LineEvent, PacketReceiver, Reader, Receiver, Stuffing};
 
 use crate::buffered::Short;
+use crate::packets::Any;
 
-/// A UART that returns the given pieces and errors, one per call.
-struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
+/// The answer of a UART to a call.
+#[derive(Clone)]
+enum Answer {
+    Bytes(Vec<u8>),
+    Error(ErrorKind),
+    /// The line is silent for ever. The blocking UART does not give this answer.
+    Silence,
+}
+
+/// A UART that gives these answers, and then nothing more. If it `is_slow`, it is pending once before each answer.
+struct Uart {
+    answers: VecDeque<Answer>,
+    is_slow: bool,
+}
+
+fn uart<const N: usize>(answers: [Answer; N]) -> Uart {
+    let answers = answers.into();
+    let is_slow = false;
+    Uart { answers, is_slow }
+}
 
 impl ErrorType for Uart {
     type Error = ErrorKind;
@@ -19,17 +39,32 @@ impl ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-        if self.0.is_empty() {
-            return Ok(0);
+        match self.answers.pop_front() {
+            Some(Answer::Bytes(bytes)) => {
+                buffer[..bytes.len()].copy_from_slice(&bytes);
+                Ok(bytes.len())
+            }
+            Some(Answer::Error(error)) => Err(error),
+            _ => Ok(0),
         }
-        let piece = self.0.remove(0)?;
-        buffer[..piece.len()].copy_from_slice(&piece);
-        Ok(piece.len())
     }
 }
 
 impl embedded_io_async::Read for Uart {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        let mut is_pending = self.is_slow;
+        poll_fn(|_| {
+            if std::mem::take(&mut is_pending) {
+                Poll::Pending
+            } else {
+                Poll::Ready(())
+            }
+        })
+        .await;
+        if matches!(self.answers.front(), Some(Answer::Silence)) {
+            self.answers.pop_front();
+            std::future::pending::<()>().await;
+        }
         embedded_io::Read::read(self, buffer)
     }
 }
@@ -42,16 +77,16 @@ const SETPOINT: Setpoint = Setpoint {
 
 fn pieces() -> Uart {
     let frame = Bin::encode(SETPOINT);
-    Uart(vec![
-        Ok(frame[..3].to_vec()),
-        Err(ErrorKind::Interrupted),
-        Ok([&frame[3..], &frame[..], &frame[..2]].concat()),
-        Err(ErrorKind::Other),
-        Ok(frame.to_vec()),
+    uart([
+        Answer::Bytes(frame[..3].to_vec()),
+        Answer::Error(ErrorKind::Interrupted),
+        Answer::Bytes([&frame[3..], &frame[..], &frame[..2]].concat()),
+        Answer::Error(ErrorKind::Other),
+        Answer::Bytes(frame.to_vec()),
     ])
 }
 
-/// Polls the future once, which is enough because this UART never waits.
+/// Polls the future once, which is enough unless the UART is slow.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,
@@ -77,29 +112,19 @@ fn an_error_loses_nothing_blocking_and_async() {
         let counters = reader.line().counters();
         assert_eq!((counters.bytes, counters.frames), (23, 3));
         assert_eq!(counters.discarded.line_event, 2);
-        assert!(reader.into_source().0.is_empty());
+        assert!(reader.into_source().answers.is_empty());
     }
-}
-
-/// A buffer of one byte is enough for the reader.
-#[test]
-fn the_smallest_buffer() -> Result<(), Infallible> {
-    let stream = [b"noise".as_slice(), &Bin::encode(SETPOINT)].concat();
-    let mut reader = Reader::<_, _, 1>::new(stream.as_slice(), Receiver::<Bin>::new());
-    assert_eq!(reader.next_message()?, Some(SETPOINT));
-    assert_eq!(reader.next_message()?, None);
-    Ok(())
 }
 
 /// The frames of a [`BufferedReceiver`] borrow from the receiver. After a false start, two frames are complete. The
 /// reader returns both before it asks its source for more bytes.
 #[test]
 fn frames_of_any_length_are_read() {
-    let uart = Uart(vec![
-        Ok(b"noise#\x02ok#\x07#\x01".to_vec()),
-        Ok(b"c#\x01d#".to_vec()),
-        Err(ErrorKind::Other),
-        Ok(b"\x01e".to_vec()),
+    let uart = uart([
+        Answer::Bytes(b"noise#\x02ok#\x07#\x01".to_vec()),
+        Answer::Bytes(b"c#\x01d#".to_vec()),
+        Answer::Error(ErrorKind::Other),
+        Answer::Bytes(b"\x01e".to_vec()),
     ]);
     let receiver = BufferedReceiver::<_, [u8; 18]>::new(Short);
     let mut reader = Reader::<_, _, 32>::new(uart, receiver);
@@ -114,35 +139,10 @@ fn frames_of_any_length_are_read() {
     assert_eq!((counters.frames, counters.discarded.total()), (4, 5 + 2));
 }
 
-/// A UART that is pending once before each read.
-struct Slow {
-    uart: Uart,
-    is_pending: bool,
-}
-
-impl ErrorType for Slow {
-    type Error = ErrorKind;
-}
-
-impl embedded_io_async::Read for Slow {
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-        self.is_pending = true;
-        poll_fn(|_| {
-            if std::mem::take(&mut self.is_pending) {
-                Poll::Pending
-            } else {
-                Poll::Ready(())
-            }
-        })
-        .await;
-        embedded_io::Read::read(&mut self.uart, buffer)
-    }
-}
-
 /// Reads to the end of the source. Drops the future at the pending reads whose numbers `is_dropped` selects, and calls
 /// the reader again. Returns the setpoints.
 fn read_with_dropped_futures(
-    reader: &mut Reader<Slow, Receiver<Bin>, 16>,
+    reader: &mut Reader<Uart, Receiver<Bin>, 16>,
     is_dropped: impl Fn(usize) -> bool,
 ) -> Vec<Setpoint> {
     let (mut setpoints, mut number) = (Vec::new(), 0);
@@ -178,16 +178,15 @@ fn a_dropped_future_loses_and_doubles_nothing() {
     let frames: Vec<u8> = sent.iter().flat_map(|&one| Bin::encode(one)).collect();
     let stream = [b"noise", frames.as_slice(), b"A"].concat();
     for size in 1..=16 {
-        let pieces: Vec<_> = stream
-            .chunks(size)
-            .map(|piece| Ok(piece.to_vec()))
-            .collect();
+        let pieces = stream.chunks(size);
+        let answers = pieces.map(|piece| Answer::Bytes(piece.to_vec()));
+        let answers: VecDeque<Answer> = answers.collect();
         // The last read returns 0.
-        let reads = pieces.len() + 1;
+        let reads = answers.len() + 1;
         let check = |is_dropped: &dyn Fn(usize) -> bool| {
-            let uart = Slow {
-                uart: Uart(pieces.clone()),
-                is_pending: false,
+            let uart = Uart {
+                answers: answers.clone(),
+                is_slow: true,
             };
             let mut reader = Reader::new(uart, Receiver::<Bin>::new());
             let setpoints = read_with_dropped_futures(&mut reader, is_dropped);
@@ -232,38 +231,16 @@ fn a_driver_that_returns_too_great_a_number_does_no_harm() {
     }
 }
 
-/// A UART that waits for ever at each `None`.
-struct Pausing(Vec<Option<Vec<u8>>>);
-
-impl ErrorType for Pausing {
-    type Error = ErrorKind;
-}
-
-impl embedded_io_async::Read for Pausing {
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-        if self.0.is_empty() {
-            return Ok(0);
-        }
-        match self.0.remove(0) {
-            Some(piece) => {
-                buffer[..piece.len()].copy_from_slice(&piece);
-                Ok(piece.len())
-            }
-            None => std::future::pending().await,
-        }
-    }
-}
-
 /// Behind a false start, two whole frames are pending. Only the pause shows that they are frames.
 #[test]
 fn a_pause_delivers_the_whole_frames_one_in_each_call() {
-    let pieces = [
-        Some(b"#\x07#\x01k#\x01c".to_vec()),
-        None,
-        Some(b"#\x01d".to_vec()),
-    ];
+    let uart = uart([
+        Answer::Bytes(b"#\x07#\x01k#\x01c".to_vec()),
+        Answer::Silence,
+        Answer::Bytes(b"#\x01d".to_vec()),
+    ]);
     let receiver = BufferedReceiver::<_, [u8; 18]>::new(Short);
-    let mut reader = Reader::<_, _, 32>::new(Pausing(pieces.to_vec()), receiver);
+    let mut reader = Reader::<_, _, 32>::new(uart, receiver);
     let mut silences = 0;
     let mut read = || {
         let silence = || {
@@ -283,4 +260,26 @@ fn a_pause_delivers_the_whole_frames_one_in_each_call() {
         counters.bytes,
         counters.frame_bytes + counters.discarded.total()
     );
+}
+
+/// A delimiter before a pause stays pending, but the pause is reported only once.
+#[test]
+fn a_pause_after_a_delimiter_is_reported_once() {
+    let uart = uart([
+        Answer::Bytes(b"\xC0".to_vec()),
+        Answer::Silence,
+        Answer::Bytes(b"ab\xC0".to_vec()),
+    ]);
+    let receiver = PacketReceiver::with_buffer(Any(Stuffing::SLIP, 3), [0; 3]);
+    let receiver = receiver.expect("long enough");
+    let mut reader = Reader::<_, _, 32>::new(uart, receiver);
+    let mut silences = 0;
+    let silence = || {
+        silences += 1;
+        std::future::ready(())
+    };
+    let packet = now(reader.next_message_or_pause(silence, |frame| frame.bytes().to_vec()));
+    assert_eq!((packet, silences), (Ok(Some(b"ab".to_vec())), 1));
+    let counters = reader.line().counters();
+    assert_eq!((counters.events.idle, counters.discarded.total()), (1, 0));
 }

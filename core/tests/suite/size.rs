@@ -22,7 +22,7 @@ fn state_is_as_small_as_the_table_says() {
     assert_eq!(size_of::<Receiver<Longest>>(), 16);
     assert_eq!(size_of::<Lecture>(), 4);
     let line = size_of::<Line<Receiver<Bin>>>();
-    assert_eq!(line, 8 + 18 * 4);
+    assert_eq!(line, 8 + 20 * 4);
     assert_eq!(
         size_of::<BufferedReceiver<Bin, [u8; 64]>>(),
         64 + 3 * size_of::<usize>()

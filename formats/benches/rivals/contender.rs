@@ -5,7 +5,10 @@ use std::ops::Range;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use framelock::{BufferedReceiver, FixedFormat, Format, Found, Frame, Line, Parser, Receiver};
+use framelock::{
+    BufferedReceiver, FixedFormat, Format, Found, Frame, Line, PacketFormat, PacketReceiver,
+    Parser, Receiver,
+};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::CheckedLayout;
 use framelock_proofs::reference;
@@ -23,7 +26,7 @@ pub(crate) struct Delivered {
 }
 
 /// The frames that the reference finds in a stream.
-type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
+pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 
 /// A contender as a trait object, so that one list holds all contenders. A stream is passed in pieces of the given
 /// number of bytes.
@@ -162,6 +165,22 @@ pub(crate) fn fixed<F: FixedFormat>(
         black_box(&message);
     };
     ours(Receiver::<F>::new, see, key, reference(AnyOf(layout)))
+}
+
+/// Returns framelock's receiver of packets twice: alone, and in a `Line`. Its buffer has `N` bytes. The message is the
+/// packet.
+pub(crate) fn packets<const N: usize, F>(format: F, reference: Reference) -> Vec<Entry>
+where
+    F: PacketFormat + for<'a> Format<Message<'a> = &'a [u8]> + Copy + 'static,
+{
+    ours(
+        move || PacketReceiver::<F, [u8; N]>::new(format),
+        |frame: Frame<'_, F>| {
+            black_box(&frame.message());
+        },
+        move |frame: Frame<'_, F>| frame.message().to_vec(),
+        reference,
+    )
 }
 
 fn ours<P: Parser + 'static>(

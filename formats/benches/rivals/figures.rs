@@ -65,7 +65,7 @@ pub(crate) fn versions() -> Result<Row, Box<dyn Error>> {
         let entry = lock.split_once(&format!("name = \"{name}\"\nversion = \""));
         Some(format!("{name} {}", entry?.1.split_once('"')?.0))
     };
-    let names = "crsf mavlink-core parse_rc_ibus regex sbus sbus-rs ublox uf-crsf uf-sbus winnow";
+    let names = "cobs crsf mavlink-core parse_rc_ibus regex sbus sbus-rs serial-line-ip ublox uf-crsf uf-sbus winnow";
     let versions: Option<Vec<String>> = names.split(' ').map(version).collect();
     Ok(row![
         "versions",

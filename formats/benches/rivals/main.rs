@@ -16,6 +16,7 @@ mod chip;
 mod contender;
 mod costs;
 mod figures;
+mod packets;
 mod protocols;
 mod races;
 mod streams;
@@ -30,6 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         "check" => {
             let found = races::all().into_iter().flat_map(|race| race.found());
+            let found = found.chain(packets::joined());
             let rows = found.chain(costs::on_chip()?).collect::<Vec<_>>();
             return figures::check(&rows);
         }
@@ -37,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut races = races::all();
             races.iter_mut().for_each(races::Race::run);
             let rows = races.iter().flat_map(|race| [race.found(), race.speeds()]);
-            rows.flatten().collect()
+            rows.flatten().chain(packets::joined()).collect()
         }
         "costs" => [costs::on_chip()?, costs::here()?].concat(),
         _ => return Err("commands: races, costs, check".into()),

@@ -37,7 +37,9 @@ pub(crate) struct Protocol {
     pub(crate) contenders: fn() -> Vec<Entry>,
 }
 
-pub(crate) const PROTOCOLS: [Protocol; 8] = [
+pub(crate) const PROTOCOLS: [Protocol; 10] = [
+    crate::packets::COBS,
+    crate::packets::SLIP,
     Protocol {
         name: "SBUS",
         feature: "sbus",

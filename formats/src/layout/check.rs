@@ -7,7 +7,7 @@ use core::fmt;
 
 use super::{Layout, Length, Number, Patterns, index, larger};
 use checksum::check_checksum;
-use content::{check_content, check_content_of_parts};
+use content::check_content;
 
 /// A contradiction between the parts of a [`Layout`](super::Layout). The message says which part is wrong, and how to
 /// correct it.
@@ -39,6 +39,8 @@ pub enum Part {
     Checksum,
     /// The terminator.
     Terminator,
+    /// The bytes behind the terminator.
+    Behind,
     /// The content.
     Content,
     /// The other terminators.
@@ -91,15 +93,14 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     try_step!(check_bounds(layout));
     try_step!(check_fixed_bits(layout));
     if let Some(trailer) = &layout.trailer {
-        let has_room = layout.shortest.saturating_add(trailer.bytes) <= layout.longest;
         reject_if!(
-            !has_room,
+            layout.shortest.saturating_add(trailer.bytes) > layout.longest,
             Part::Trailer,
             "trailer: the shortest frame with a trailer is longer than longest: raise longest"
         );
     }
-    try_step!(check_positions(layout, layout.shortest));
-    check_positions(layout, without_trailer(layout))
+    try_step!(check_checksum(layout, layout.shortest));
+    check_checksum(layout, without_trailer(layout))
 }
 
 /// Returns the minimum number of bytes in a frame: the header, and the parts that are counted from the end.
@@ -109,7 +110,7 @@ pub(super) const fn least(layout: &Layout) -> usize {
         Length::Delimiter if layout.sync.length == 0 && layout.messages.is_none() => 0,
         _ => layout.header(),
     };
-    let mut from_end = layout.terminator.length;
+    let mut from_end = layout.terminator.length.saturating_add(layout.behind);
     // In a format of fixed length, a position counted from the end is also a fixed position from the start.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
@@ -154,19 +155,23 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         Part::OtherTerminators,
         "other terminators: the bytes must be one pattern or more, each of the given length"
     );
-    let end = layout.terminator.length;
     reject_if!(
-        layout.has_other_terminators() && (other.length == end || another.length == end),
-        Part::OtherTerminators,
-        "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
+        layout.sync.length == 0
+            && layout.terminator.length == 0
+            && layout.checksum.is_none()
+            && layout.fixed.is_empty()
+            && !matches!(layout.length, Length::Silence),
+        Part::Sync,
+        "sync: nothing tells a frame from noise: give a sync, fixed bits, a checksum or a terminator"
     );
     reject_if!(
-        layout.sync.length == 0 && layout.terminator.length == 0 && layout.checksum.is_none(),
-        Part::Sync,
-        "sync: nothing tells a frame from noise: give a sync, a checksum or a terminator"
+        layout.behind > 0
+            && (!matches!(layout.length, Length::Delimiter) || layout.has_other_terminators()),
+        Part::Behind,
+        "behind: only frames that one delimiter ends can have bytes behind the terminator"
     );
     match &layout.length {
-        Length::Fixed => {}
+        Length::Fixed | Length::Silence => {}
         Length::Delimiter => reject_if!(
             layout.terminator.length == 0,
             Part::Terminator,
@@ -192,19 +197,7 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             Part::Messages,
             "messages: the number must have 1 to 4 bytes"
         );
-        reject_if!(
-            messages.known.is_empty(),
-            Part::Messages,
-            "messages: none are known: list them, or leave messages out"
-        );
         let mut rest = messages.known;
-        if let [smallest, ..] = rest {
-            reject_if!(
-                smallest.number & !all_bits(&messages.number) != 0,
-                Part::Messages,
-                "messages: no known number fits into its bytes"
-            );
-        }
         while let [one, others @ ..] = rest {
             if let [next, ..] = others {
                 reject_if!(
@@ -217,15 +210,11 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         }
     }
     if let Some(trailer) = &layout.trailer {
+        let is_announced = trailer.mask != 0 && matches!(layout.length, Length::Field(_));
         reject_if!(
-            trailer.mask == 0 || trailer.bytes == 0,
+            !is_announced || trailer.bytes == 0,
             Part::Trailer,
-            "trailer: it must have 1 byte or more, and a mask that is not 0 for the bits that announce it"
-        );
-        reject_if!(
-            !matches!(layout.length, Length::Field(_)),
-            Part::Trailer,
-            "trailer: only frames with a length field can have a trailer"
+            "trailer: only frames with a length field can have one, of 1 byte or more, which a mask announces"
         );
     }
     Ok(())
@@ -234,11 +223,6 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
 /// Checks the lengths of the shortest and the longest frame.
 pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     let (shortest, longest) = (layout.shortest, layout.longest);
-    reject_if!(
-        longest == 0,
-        Part::Longest,
-        "longest: it is 0: give the number of bytes in the longest frame"
-    );
     let is_fixed = matches!(layout.length, Length::Fixed);
     reject_if!(
         is_fixed && longest < least(layout),
@@ -272,31 +256,19 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     Ok(())
 }
 
-/// Checks that every frame contains the bytes of the fixed bits, and that the masks and values are valid.
+/// Checks that every frame contains the bytes of the fixed bits.
 const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
     let (mut number, mut rest) = (0_usize, layout.fixed);
     while let [bits, others @ ..] = rest {
-        let part = Part::Fixed(number);
-        reject_if!(
-            bits.mask == 0 || bits.value & !bits.mask != 0,
-            part,
-            "fixed: the mask is 0, or the value has bits outside the mask"
-        );
         let is_inside = matches!(index(bits.at, layout.shortest), Some(at) if at < layout.shortest);
         reject_if!(
             !is_inside,
-            part,
+            Part::Fixed(number),
             "fixed: the shortest frame has no byte at this offset: give a greater shortest"
         );
         (number, rest) = (number.wrapping_add(1), others);
     }
     Ok(())
-}
-
-/// Checks the positions of the parts in a frame of `length` bytes.
-const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradiction> {
-    try_step!(check_checksum(layout, length));
-    check_content_of_parts(layout, length)
 }
 
 /// Returns the length of the longest frame without a trailer.

@@ -16,6 +16,13 @@ pub struct Checksum<'a> {
     pub from: i16,
     /// The offset of the last byte that the checksum covers.
     pub to: i16,
+    /// The first value of a sum or an XOR. A CRC has its own [`initial`](Crc::initial).
+    pub initial: u32,
+    /// The number that the result of a sum or an XOR is XORed with. A CRC has its own [`xor_out`](Crc::xor_out).
+    pub xor_out: u32,
+    /// Whether the covered bytes are pairs of hexadecimal digits, and the checksum is that of the bytes that the digits
+    /// stand for, as in Modbus ASCII.
+    pub over_hex_digits: bool,
 }
 
 impl Checksum<'_> {
@@ -36,6 +43,9 @@ impl Checksum<'_> {
             at,
             from: 0,
             to: at.wrapping_sub(1),
+            initial: 0,
+            xor_out: 0,
+            over_hex_digits: false,
         }
     }
 
@@ -69,14 +79,19 @@ pub enum Encoding {
 pub enum Algorithm<'a> {
     /// A cyclic redundancy check.
     Crc(Crc<'a>),
-    /// The sum of the bytes.
+    /// The sum of the bytes. The inverted sum, such as 0xFFFF - sum in two bytes, is a sum whose
+    /// [`xor_out`](Checksum::xor_out) has all bits. The negated sum, which added to the sum of the bytes gives zero, is
+    /// a sum whose [`initial`](Checksum::initial) and `xor_out` have all bits.
     Sum,
-    /// The sum with all bits inverted: 0xFFFF - sum, in two bytes.
-    InvertedSum,
-    /// The negated sum: added to the sum of the bytes, it gives zero.
-    NegatedSum,
+    /// The sum of the bytes. A carry out of the checksum's highest bit is added to the sum.
+    CarrySum,
+    /// The sum of 16-bit words, whose bytes are in the order of the [encoding](Checksum::encoding). A last single byte
+    /// is the first byte of a word whose second byte is 0.
+    SumWords,
     /// The exclusive or of the bytes.
     Xor,
+    /// The exclusive or of 16-bit words, which are as in [`SumWords`](Self::SumWords).
+    XorWords,
     /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. After each byte, the new low byte
     /// is added to the high byte.
     Fletcher,

@@ -55,8 +55,13 @@ pub enum Length {
     Fixed,
     /// A number in the header.
     Field(LengthField),
-    /// The first terminator after the sync ends the frame.
+    /// The first terminator after the sync ends the frame, together with the bytes [behind](super::Layout::behind) the
+    /// terminator.
     Delimiter,
+    /// The frame ends where the line falls silent: at a pause or a break. A framing, parity or overrun error never
+    /// completes a frame. So report each pause to the receiver. It then delivers the longest suffix of the bytes since
+    /// the last line event that is a frame, and nothing else.
+    Silence,
 }
 
 /// A number in the header that determines the length of the frame: `(number & mask) * factor + plus` bytes, without
@@ -144,7 +149,7 @@ pub struct FixedBits {
     pub at: i16,
     /// The bits of the byte that are fixed.
     pub mask: u8,
-    /// The values of these bits.
+    /// The values of these bits. The other bits must be 0.
     pub value: u8,
 }
 

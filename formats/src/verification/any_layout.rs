@@ -29,13 +29,15 @@ impl<const F: usize, const M: usize> Parts<F, M> {
         }
     }
 
-    /// Returns an arbitrary layout with some or all of these parts, but without a sync, a terminator or a checksum.
+    /// Returns an arbitrary layout with some or all of these parts, but without a sync, a terminator or a
+    /// checksum.
     pub(super) fn layout(&self) -> Layout<'_> {
         Layout {
             sync: Patterns::NONE,
             length: match kani::any::<u8>() {
                 0 => Length::Fixed,
                 1 => Length::Delimiter,
+                2 => Length::Silence,
                 _ => Length::Field(LengthField {
                     number: any_number(),
                     mask: kani::any(),
@@ -52,6 +54,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             checksum: None,
             terminator: Patterns::NONE,
+            behind: any_up_to(2),
             content: &[],
             other_terminators: [Patterns::NONE; 2],
             trailer: kani::any::<bool>().then(|| Trailer {
@@ -89,10 +92,11 @@ pub(super) fn any_checksum() -> Checksum<'static> {
     Checksum {
         algorithm: match kani::any::<u8>() {
             0 => Algorithm::Sum,
-            1 => Algorithm::InvertedSum,
-            2 => Algorithm::NegatedSum,
+            1 => Algorithm::CarrySum,
+            2 => Algorithm::SumWords,
             3 => Algorithm::Xor,
-            4 => Algorithm::Fletcher,
+            4 => Algorithm::XorWords,
+            5 => Algorithm::Fletcher,
             _ => Algorithm::Crc(Crc {
                 width: kani::any(),
                 polynomial: kani::any(),
@@ -112,5 +116,8 @@ pub(super) fn any_checksum() -> Checksum<'static> {
         at: kani::any(),
         from: kani::any(),
         to: kani::any(),
+        initial: kani::any(),
+        xor_out: kani::any(),
+        over_hex_digits: kani::any(),
     }
 }

@@ -5,7 +5,7 @@ use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};
 
 use super::laws::{any_some_and_more, assert_lawful};
-use crate::any_of::{AnyOf, first, first_before, kind};
+use crate::any_of::{AnyOf, first, first_before, further_on, kind};
 use crate::layout::{CheckedLayout, FixedBits, Layout, Length, LengthField, Patterns};
 
 /// The number of bytes in the longest frame.
@@ -98,40 +98,65 @@ fn any_of_three() {
     }
 }
 
-/// Theorem 13f for several layouts. A line event follows `count` bytes. If one of the layouts finds a frame at their
-/// beginning, the first of these layouts decides. So no order of the layouts loses a frame, and the frame is decoded by
-/// the layout that found it. If no layout finds a frame, the bytes are rejected (law 6).
+/// Theorem 13f for several layouts. A line event follows `count` bytes. Silence may end the frames of some layouts. If one
+/// of the layouts finds a frame at the beginning of the bytes, the first of these layouts decides. So no order of the
+/// layouts loses a frame. If no layout finds a frame, the bytes are rejected (law 6). The reason is the line event, unless
+/// a layout whose frames end with silence found an error after the header.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three_before_an_event() {
     let all: [Classified; 3] = core::array::from_fn(|_| Classified::any());
     let count = any_up_to(MOST);
     kani::assume(count >= 1);
+    let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
+    // The layouts whose frames end with silence, and what they say about the bytes if the event is a pause.
+    let silent: [Option<Classification>; 3] = core::array::from_fn(|_| {
+        kani::any::<bool>().then(|| match any_verdict() {
+            Classification::Frame(_) => Classification::Frame(count),
+            other => other,
+        })
+    });
+    let is_pause = kani::any::<bool>();
+    let before = |place: usize| {
+        let (now, end) = (all[place].classify(count, 0), silent[place]);
+        // Only silence ends a frame of such a layout.
+        kani::assume(end.is_none() || !is_frame(&now));
+        let is_over = is_pause && matches!(now, Classification::Incomplete { .. });
+        (end.filter(|_| is_over).unwrap_or(now), end.is_some())
+    };
+    let each = [before(0), before(1), before(2)];
     let starts = |one: &Classified| one.starts;
-    let each = all.each_ref().map(|one| one.classify(count, 0));
     // A receiver asks `classify_before` only if `classify` answers `Incomplete`.
     let now = first(&all, 0, starts, |one, _| one.classify(count, 0));
-    let is_incomplete = matches!(now, Classification::Incomplete { .. });
-    let said = if is_incomplete {
-        first_before(&all, |one| one.classify(count, 0))
-    } else {
-        now
+    kani::assume(matches!(now, Classification::Incomplete { .. }));
+    let said = first_before(&each, |answer| *answer);
+    let first_frame = each.iter().position(|(one, _)| is_frame(one));
+    let is_late = |(one, is_silent): &(Classification, bool)| match one {
+        Classification::Rejected(why) => *is_silent && further_on(*why) == 3,
+        _ => false,
     };
-    let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
-    let first_frame = each.iter().position(is_frame);
     match first_frame {
-        Some(place) => assert!(said == each[place]),
-        None => assert!(matches!(said, Classification::Rejected(_))),
+        Some(place) => assert!(said == each[place].0),
+        None => match each.iter().find(|one| is_late(one)) {
+            Some((late, _)) => assert!(said == *late),
+            None => assert!(said == Classification::Rejected(DiscardReason::LineEvent)),
+        },
     }
     if let Classification::Frame(length) = said {
         assert!(1 <= length && length <= count);
+        // If no frame ends with silence, the layout that found the frame also decodes it.
         let is_its_frame =
             |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
-        assert!(Some(kind(&all, starts, is_its_frame)) == first_frame);
+        let is_silent = silent.iter().any(Option::is_some);
+        assert!(is_silent || Some(kind(&all, starts, is_its_frame)) == first_frame);
     }
     kani::cover!(
-        is_incomplete && first_frame == Some(2) && starts(&all[0]) && starts(&all[1]),
+        first_frame == Some(2) && starts(&all[0]) && starts(&all[1]),
         "a frame of the third layout, for which the other layouts would have waited"
+    );
+    kani::cover!(
+        first_frame == Some(1) && silent[1].is_some(),
+        "a frame that the pause ends"
     );
 }
 

@@ -71,7 +71,7 @@ impl Classified<'_> {
             &raw const bytes[..self.layout.header()]
         ));
         let header = self.header.map_err(Classification::Rejected)?;
-        let frame = self.layout.frame_of(&header, bytes, seen)?;
+        let frame = self.layout.frame_of(&header, bytes, seen, false)?;
         // Every call must check the same frame, because `mismatch` is the answer to every call.
         let length = self.asked.get().unwrap_or(frame.len());
         assert!(core::ptr::eq(frame, &raw const bytes[..length]));
@@ -88,10 +88,15 @@ fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
     match header {
         Ok(header) => match header.length {
             Some(length) => layout.header() <= length && length <= layout.longest,
-            None => layout.length == Length::Delimiter,
+            None => has_no_length(layout),
         },
         Err(why) => why != DiscardReason::NoSync,
     }
+}
+
+/// Returns true if the header does not tell the length of the frame.
+fn has_no_length(layout: &Layout) -> bool {
+    matches!(layout.length, Length::Delimiter | Length::Silence)
 }
 
 #[kani::proof]
@@ -114,24 +119,24 @@ fn what_a_header_says() {
         kani::cover!(count == layout.shortest, "the shortest frame is its header");
     }
     kani::assume(count <= 8 && count <= layout.longest);
-    let header = layout.parse_header(&bytes[..count]);
+    let header = layout.parse_header(layout.known(), &bytes[..count]);
     assert!(is_possible(&layout, header));
     kani::cover!(header.is_ok_and(|header| header.trailer > 0 && header.length.is_some()));
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
-/// Returns true if the shortest frame has room for its header and its terminator. [`what_a_header_says`] proves that
+/// Returns true if the shortest frame has room for its header, its terminator and the bytes behind it. [`what_a_header_says`] proves that
 /// this holds for layouts with valid bounds, unless a frame may consist of only the delimiter.
 fn has_header_and_terminator(layout: &Layout) -> bool {
-    layout.header().saturating_add(layout.terminator.length) <= layout.shortest
+    let end = layout.terminator.length.saturating_add(layout.behind);
+    layout.header().saturating_add(end) <= layout.shortest
 }
 
 /// Returns the layout with an arbitrary possible header and an arbitrary mismatch.
 fn classified<'a>(layout: &Layout<'a>) -> Classified<'a> {
-    let has_a_length = layout.length != Length::Delimiter;
     let header = if kani::any() {
         Ok(Header {
-            length: has_a_length.then(kani::any),
+            length: (!has_no_length(layout)).then(kani::any),
             trailer: kani::any(),
             extra: None,
         })
@@ -181,7 +186,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let end = |bytes, seen| {
         layout
-            .frame_of(&WITHOUT_LENGTH, bytes, seen)
+            .frame_of(&WITHOUT_LENGTH, bytes, seen, false)
             .map(<[u8]>::len)
     };
     let (seen, more) = any_some_and_more(MOST, layout.longest);
@@ -257,6 +262,7 @@ macro_rules! delimiters {
                     known: &[],
                 }),
                 terminator: patterns(&ends),
+                behind: any_up_to(1),
                 content: &content[..any_up_to(1)],
                 other_terminators: [Patterns::NONE, another],
                 ..Layout::NONE
@@ -265,7 +271,9 @@ macro_rules! delimiters {
             let ends_before = |end: &[u8; $end]| other.starts_with(end) || end.starts_with(&other);
             kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
             kani::assume(has_header_and_terminator(&layout));
+            kani::assume(layout.behind == 0 || !has_other);
             kani::cover!(has_other, "another terminator");
+            kani::cover!(layout.behind == 1, "a byte behind the terminator");
             $keeps::<4>(&layout);
         }
     )*};
@@ -292,7 +300,7 @@ fn length_by_delimiter(
         other_terminators: [Patterns::NONE, Patterns::one(other)],
         ..Layout::NONE
     };
-    let frame = layout.frame_of(&WITHOUT_LENGTH, &bytes, 0);
+    let frame = layout.frame_of(&WITHOUT_LENGTH, &bytes, 0, false);
     frame.ok().map(<[u8]>::len)
 }
 

@@ -1,7 +1,7 @@
 //! Tests the check of layouts. For each contradiction, it must return an error that names the wrong part. A layout without
 //! frames has no example.
 
-use framelock::{BufferedReceiver, DiscardReason, Format};
+use framelock::{BufferedReceiver, DiscardReason, Format, Found, Frame, LineEvent};
 use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
     LengthField, Messages, Number, Part, Patterns, Table, Trailer,
@@ -56,6 +56,11 @@ const LINE: Layout = Layout {
 const TEXT: Layout = Layout {
     content: &[(b' ', b'~')],
     ..LINE
+};
+/// `'A' sum`, with any bytes between them.
+const SILENT: Layout = Layout {
+    length: Length::Silence,
+    ..COUNTED
 };
 const DIGITS: Checksum = Checksum {
     encoding: Encoding::Hex,
@@ -132,7 +137,6 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
     (field(LengthField::new(Number::new(2, 5, ByteOrder::Big))), Part::Length, "length: the length field must have 1 to 4", field(LengthField::new(Number::new(2, 4, ByteOrder::Big)))),
     (field(LengthField { factor: 0, ..LengthField::byte(2) }), Part::Length, "length: with this mask or factor", field(LengthField { factor: 3, ..LengthField::byte(2) })),
     (field(LengthField { mask: 0x100, ..LengthField::byte(2) }), Part::Length, "length: with this mask or factor", field(LengthField { mask: 0x1F0, ..LengthField::byte(2) })),
-    (Layout { longest: 0, ..COUNTED }, Part::Longest, "longest: it is 0", Layout { longest: 4, ..COUNTED }),
     (Layout { longest: 3, ..COUNTED }, Part::Longest, "longest: it is less than shortest", Layout { longest: 4, ..COUNTED }),
     (Layout { shortest: 40, ..COUNTED }, Part::Longest, "longest: it is less than shortest", Layout { shortest: 20, ..COUNTED }),
     (Layout { longest: 1, ..FIXED }, Part::Longest, "longest: the header and the terminator do not fit", Layout { longest: 2, ..FIXED }),
@@ -144,33 +148,33 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
     (Layout { longest: 260, ..COUNTED }, Part::Longest, "longest: it is more than the greatest length", Layout { longest: 259, ..COUNTED }),
     (Layout { longest: 21, ..field(LengthField { mask: 7, factor: 2, plus: 6, ..LengthField::byte(2) }) }, Part::Longest, "longest: it is more than the greatest length", Layout { longest: 20, ..field(LengthField { mask: 7, factor: 2, plus: 6, ..LengthField::byte(2) }) }),
     (Layout { messages: Some(messages(Number::new(3, 5, ByteOrder::Big), &KNOWN)), ..COUNTED }, Part::Messages, "messages: the number must have 1 to 4", Layout { messages: Some(messages(Number::new(3, 4, ByteOrder::Big), &KNOWN)), ..COUNTED }),
-    (known(&[]), Part::Messages, "messages: none are known", known(&[KNOWN[0]])),
     (known(&[KNOWN[1], KNOWN[0]]), Part::Messages, "messages: the numbers are not in ascending order", known(&KNOWN)),
     (known(&[KNOWN[1], KNOWN[1]]), Part::Messages, "messages: the numbers are not in ascending order", known(&KNOWN)),
-    (known(&[KNOWN[2]]), Part::Messages, "messages: no known number fits", known(&[KNOWN[1]])),
-    (Layout { messages: Some(messages(Number::new(3, 3, ByteOrder::Big), &[KnownMessage::new(0x100_0000)])), ..COUNTED }, Part::Messages, "messages: no known number fits", Layout { messages: Some(messages(Number::new(3, 3, ByteOrder::Big), &[KnownMessage::new(0xFF_FFFF)])), ..COUNTED }),
-    (Layout { trailer: Some(trailer(2, 0, 3)), ..COUNTED }, Part::Trailer, "trailer: it must have 1 byte or more", Layout { trailer: Some(trailer(2, 1, 3)), ..COUNTED }),
-    (Layout { trailer: Some(trailer(2, 1, 0)), ..COUNTED }, Part::Trailer, "trailer: it must have 1 byte or more", Layout { trailer: Some(trailer(2, 1, 1)), ..COUNTED }),
     (Layout { trailer: Some(trailer(2, 1, 3)), ..FIXED }, Part::Trailer, "trailer: only frames with a length field", Layout { trailer: Some(trailer(2, 1, 3)), ..COUNTED }),
+    (Layout { trailer: Some(trailer(2, 0, 3)), ..COUNTED }, Part::Trailer, "trailer: only frames with a length field", Layout { trailer: Some(trailer(2, 1, 3)), ..COUNTED }),
+    (Layout { trailer: Some(trailer(2, 1, 0)), ..COUNTED }, Part::Trailer, "trailer: only frames with a length field", Layout { trailer: Some(trailer(2, 1, 1)), ..COUNTED }),
     (Layout { trailer: Some(trailer(2, 1, 17)), ..COUNTED }, Part::Trailer, "trailer: the shortest frame with a trailer", Layout { trailer: Some(trailer(2, 1, 16)), ..COUNTED }),
     (Layout { trailer: Some(trailer(9, 1, 3)), shortest: 10, ..COUNTED }, Part::Shortest, "shortest: a frame of this length has no room", Layout { trailer: Some(trailer(9, 1, 3)), shortest: 11, ..COUNTED }),
-    (Layout { fixed: &[bits(1, 0, 0)], ..FIXED }, Part::Fixed(0), "fixed: the mask is 0", Layout { fixed: &[bits(1, 1, 0)], ..FIXED }),
-    (Layout { fixed: &[bits(1, 1, 3)], ..FIXED }, Part::Fixed(0), "fixed: the mask is 0, or the value has bits", Layout { fixed: &[bits(1, 3, 3)], ..FIXED }),
     (Layout { fixed: &[bits(1, 1, 1), bits(11, 1, 1)], ..FIXED }, Part::Fixed(1), "fixed: the shortest frame has no byte at this offset", Layout { fixed: &[bits(1, 1, 1), bits(9, 1, 1)], ..FIXED }),
     (Layout { fixed: &[bits(-12, 1, 1)], ..FIXED }, Part::Fixed(0), "fixed: the shortest frame has no byte at this offset", Layout { fixed: &[bits(-11, 1, 1)], ..FIXED }),
     (Layout { content: &[(b' ', b'~')], ..FIXED }, Part::Content, "content: only frames that a delimiter ends", TEXT),
-    (Layout { content: &[(b'~', b' ')], ..TEXT }, Part::Content, "content: the first byte of a range", Layout { content: &[(b'~', b'~')], ..TEXT }),
     (Layout { content: &[(b'\t', b'\n')], ..TEXT }, Part::Content, "content: a terminator begins with a byte of the content", Layout { content: &[(b'\t', b'\t')], ..TEXT }),
     (Layout { terminator: Patterns::any_byte_of(b"\nA"), ..TEXT }, Part::Content, "content: a terminator begins with a byte of the content", Layout { terminator: Patterns::any_byte_of(b"\n\r"), ..TEXT }),
     (Layout { other_terminators: others(b"a\n"), ..TEXT }, Part::Content, "content: a terminator begins with a byte of the content", Layout { other_terminators: others(b"\rb"), ..TEXT }),
     (Layout { other_terminators: others(b"\r\n"), ..LINE }, Part::OtherTerminators, "other terminators: without a content", Layout { other_terminators: others(b"\r\n"), ..TEXT }),
     (Layout { other_terminators: [Patterns::any_of(b"\r\n\r", 2), Patterns::NONE], ..TEXT }, Part::OtherTerminators, "other terminators: the bytes must be one pattern or more", Layout { other_terminators: [Patterns::NONE; 2], ..TEXT }),
-    (Layout { other_terminators: others(b"\r"), ..TEXT }, Part::OtherTerminators, "other terminators: one is as long as the terminator", Layout { terminator: Patterns::any_byte_of(b"\n\r"), ..TEXT }),
     (Layout { other_terminators: others(b"\n\r"), ..TEXT }, Part::OtherTerminators, "other terminators: one begins with another one", Layout { other_terminators: others(b"\r\n"), ..TEXT }),
-    (Layout { fixed: &[bits(-1, 1, 0)], ..TEXT }, Part::Fixed(0), "fixed: in frames with a content, fixed bits must be before", Layout { fixed: &[bits(-2, 1, 0)], ..TEXT }),
     (Layout { checksum: Some(Checksum { encoding: Encoding::Big, at: -2, to: -3, ..DIGITS }), ..TEXT }, Part::Checksum, "checksum: its bytes may be outside the content", Layout { checksum: Some(DIGITS), ..TEXT }),
-    (Layout { checksum: Some(DIGITS), content: &[(b'0', b'E')], ..TEXT }, Part::Checksum, "checksum: its bytes may be outside the content", Layout { checksum: Some(DIGITS), content: &[(b'0', b'F')], ..TEXT }),
-    (Layout { checksum: Some(Checksum { at: 1, from: -2, to: -1, ..DIGITS }), shortest: 5, ..TEXT }, Part::Checksum, "checksum: in frames with a content, it can only cover", Layout { checksum: Some(Checksum { at: 1, from: -2, to: -2, ..DIGITS }), shortest: 5, ..TEXT }),
+    (Layout { behind: 1, ..FIXED }, Part::Behind, "behind: only frames that one delimiter ends", Layout { behind: 1, ..LINE }),
+    (Layout { behind: 1, other_terminators: others(b"\r\n"), ..TEXT }, Part::Behind, "behind: only frames that one delimiter ends", Layout { behind: 1, ..TEXT }),
+    (Layout { behind: 2, checksum: Some(Checksum { at: -3, to: -4, from: 0, ..CHECKSUM }), ..LINE }, Part::Checksum, "checksum: it overlaps", Layout { behind: 2, checksum: Some(CHECKSUM), ..LINE }),
+    (Layout { behind: 2, checksum: Some(Checksum { at: -4, to: -5, ..CHECKSUM }), ..TEXT }, Part::Checksum, "checksum: its bytes may be outside the content", Layout { behind: 2, checksum: Some(Checksum { at: -2, to: -3, ..CHECKSUM }), ..TEXT }),
+    (Layout { behind: 9, longest: 10, ..LINE }, Part::Longest, "longest: it is less than shortest", Layout { behind: 8, longest: 10, ..LINE }),
+    (Layout { content: &[(b' ', b'~')], ..SILENT }, Part::Content, "content: only frames that a delimiter ends", SILENT),
+    (Layout { shortest: 2, ..SILENT }, Part::Shortest, "shortest: a frame of this length has no room", Layout { shortest: 3, ..SILENT }),
+    (sum(Checksum { algorithm: Algorithm::XorWords, ..Checksum::at_the_end(1) }), Part::Checksum, "checksum: the algorithm needs another number", sum(Checksum { algorithm: Algorithm::XorWords, ..Checksum::at_the_end(2) })),
+    (sum(Checksum { algorithm: Algorithm::Fletcher, initial: 1, ..Checksum::at_the_end(2) }), Part::Checksum, "checksum: initial and hex digits are for sums", sum(Checksum { algorithm: Algorithm::SumWords, initial: 1, ..Checksum::at_the_end(2) })),
+    (sum(Checksum { over_hex_digits: true, algorithm: Algorithm::Crc(Crc::new(8, 7)), ..CHECKSUM }), Part::Checksum, "checksum: initial and hex digits are for sums", Layout { checksum: Some(Checksum { over_hex_digits: true, ..DIGITS }), ..TEXT }),
     (sum(Checksum::at_the_end(0)), Part::Checksum, "checksum: it must have 1 to 4 bytes", sum(Checksum::at_the_end(1))),
     (sum(Checksum::at_the_end(5)), Part::Checksum, "checksum: it must have 1 to 4 bytes", sum(Checksum::at_the_end(4))),
     (sum(Checksum { algorithm: Algorithm::Xor, ..Checksum::at_the_end(2) }), Part::Checksum, "checksum: the algorithm needs another number", sum(Checksum { algorithm: Algorithm::Xor, ..Checksum::at_the_end(1) })),
@@ -196,14 +200,6 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
     (Layout { shortest: 4, ..sum(Checksum { from: -5, ..CHECKSUM }) }, Part::Checksum, "checksum: the bytes that it covers", Layout { shortest: 4, ..sum(Checksum { from: -4, ..CHECKSUM }) }),
     (Layout { checksum: Some(Checksum::at_the_end(1)), ..FIXED }, Part::Checksum, "checksum: it overlaps", Layout { checksum: Some(Checksum { at: -2, to: -3, ..Checksum::at_the_end(1) }), ..FIXED }),
     (Layout { shortest: 5, ..sum(Checksum { at: 1, from: 3, ..CHECKSUM }) }, Part::Checksum, "checksum: it overlaps", Layout { shortest: 5, ..sum(Checksum { at: 3, from: 4, to: 4, ..CHECKSUM }) }),
-    (Layout { shortest: 5, ..sum(Checksum { at: 2, from: 3, ..CHECKSUM }) }, Part::Checksum, "checksum: it overlaps", Layout { shortest: 5, ..sum(Checksum { at: 3, to: 2, ..CHECKSUM }) }),
-    (Layout { length: Length::Field(LengthField { plus: 4, ..LengthField::byte(2) }), ..AT_2 }, Part::Checksum, "checksum: it overlaps", Layout { length: Length::Field(LengthField { plus: 4, ..LengthField::byte(3) }), ..AT_2 }),
-    (Layout { messages: Some(messages(Number::byte(2), &KNOWN)), ..AT_2 }, Part::Checksum, "checksum: it overlaps", Layout { messages: Some(messages(Number::byte(3), &KNOWN)), ..AT_2 }),
-    (Layout { checksum: Some(Checksum { at: 3, to: 2, ..CHECKSUM }), shortest: 5, ..known(&KNOWN) }, Part::Checksum, "checksum: it overlaps", Layout { checksum: Some(Checksum { at: 4, to: 3, ..CHECKSUM }), shortest: 5, ..known(&KNOWN) }),
-    (Layout { trailer: Some(trailer(3, 1, 3)), ..sum(Checksum { at: 3, to: 2, ..CHECKSUM }) }, Part::Checksum, "checksum: it overlaps", Layout { trailer: Some(trailer(2, 1, 3)), ..sum(Checksum { at: 3, to: 2, ..CHECKSUM }) }),
-    (Layout { trailer: Some(trailer(3, 1, 3)), ..sum(Checksum { at: 3, to: 2, ..CHECKSUM }) }, Part::Checksum, "checksum: it overlaps", Layout { trailer: Some(trailer(4, 1, 3)), ..sum(Checksum { at: 3, to: 2, ..CHECKSUM }) }),
-    (Layout { fixed: &[bits(-1, 1, 1)], ..COUNTED }, Part::Checksum, "checksum: it overlaps", Layout { fixed: &[bits(-2, 1, 1)], ..COUNTED }),
-    (Layout { fixed: &[bits(2, 1, 1)], ..AT_2 }, Part::Checksum, "checksum: it overlaps", Layout { fixed: &[bits(3, 1, 1)], ..AT_2 }),
 ];
 
 /// Each entry has a layout without frames, the reason to reject the bytes that come closest to a frame, and a similar
@@ -217,6 +213,9 @@ const WITHOUT_FRAMES: &[(Layout, DiscardReason, Layout)] = &[
     (Layout { sync: Patterns::one(b"ABC"), ..COUNTED }, DiscardReason::BrokenSync, Layout { sync: Patterns::any_of(b"ABCAB\x09", 3), ..COUNTED }),
     (Layout { shortest: 5, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0xF0, ..LengthField::byte(3) }) }, DiscardReason::UnknownMessage, Layout { shortest: 5, longest: 15, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0x0F, ..LengthField::byte(3) }) }),
     (known(&[KnownMessage { longest_payload: 0, ..KnownMessage::new(7) }]), DiscardReason::TooLong, known(&[KnownMessage { longest_payload: 1, ..KnownMessage::new(7) }])),
+    (known(&[]), DiscardReason::UnknownMessage, known(&[KNOWN[0]])),
+    (known(&[KNOWN[2]]), DiscardReason::UnknownMessage, known(&[KNOWN[1]])),
+    (Layout { fixed: &[bits(1, 1, 3)], ..FIXED }, DiscardReason::WrongTerminator, Layout { fixed: &[bits(1, 3, 3)], ..FIXED }),
     (Layout { fixed: &[bits(3, 0xFF, 9)], ..known(&KNOWN) }, DiscardReason::UnknownMessage, Layout { fixed: &[bits(3, 0xFF, 8)], ..known(&KNOWN) }),
     (Layout { sync: Patterns::one(b"AB\x01\x09"), ..known(&KNOWN) }, DiscardReason::UnknownMessage, Layout { sync: Patterns::one(b"AB\x01\x08"), ..known(&KNOWN) }),
     (Layout { fixed: &[bits(2, 3, 1), bits(-9, 2, 2)], ..FIXED }, DiscardReason::WrongTerminator, Layout { fixed: &[bits(2, 1, 1), bits(-9, 2, 2)], ..FIXED }),
@@ -240,10 +239,10 @@ fn each_contradiction_is_an_error_that_names_its_part() {
         );
         has_frames(right);
     }
-    let fixed = &[bits(1, 1, 3)];
+    let fixed = &[bits(11, 1, 1)];
     let contradiction = Layout { fixed, ..FIXED }
         .check()
-        .expect_err("3 has more bits than 1");
+        .expect_err("the frame has 11 bytes");
     assert!(
         contradiction
             .to_string()
@@ -293,8 +292,11 @@ fn has_frames(layout: &Layout) {
     let memory = vec![0; 2 * format.longest()];
     let mut receiver = BufferedReceiver::with_buffer(format, memory).expect("it holds a frame");
     let mut frames = 0;
-    receiver.feed(frame, |found| {
+    let frame = frame.to_vec();
+    let mut found = |found: Found<Frame<_>>| {
         frames += usize::from(found.message().is_some_and(|it| it.bytes() == frame));
-    });
+    };
+    receiver.feed(&frame, &mut found);
+    receiver.line_event(LineEvent::Idle, found);
     assert_eq!(frames, 1, "{layout:?}");
 }

@@ -53,48 +53,21 @@ impl<F: Format> Format for Counting<'_, F> {
     }
 }
 
-/// The most bytes about which one call asks the format.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Examined {
-    push: usize,
-    poll_step: usize,
-    line_event_step: usize,
-    poll: usize,
-    line_event: usize,
+/// The calls for which the table has a column.
+const CALLS: [&str; 5] = ["push", "poll_step", "line_event_step", "poll", "line_event"];
+
+/// For each of the [`CALLS`], the most bytes about which one call asks the format.
+type Examined = [usize; 5];
+
+/// Returns the bounds that hold for every stream. `longest` is the number of bytes in the longest frame.
+fn bounds(longest: usize, is_asked_before: bool) -> Examined {
+    let (pending, before) = (longest - 1, if is_asked_before { 2 } else { 1 });
+    let all = longest * pending / 2;
+    [longest, pending, before * pending, all, before * all]
 }
 
-impl Examined {
-    /// The bounds that hold for every stream. `longest` is the number of bytes in the longest frame.
-    fn bounds(longest: usize, is_asked_before: bool) -> Self {
-        let (pending, before) = (longest - 1, if is_asked_before { 2 } else { 1 });
-        let all = longest * pending / 2;
-        Self {
-            push: longest,
-            poll_step: pending,
-            line_event_step: before * pending,
-            poll: all,
-            line_event: before * all,
-        }
-    }
-
-    /// Returns these numbers in the order of the table's columns.
-    fn columns(self) -> [usize; 5] {
-        [
-            self.push,
-            self.poll_step,
-            self.line_event_step,
-            self.poll,
-            self.line_event,
-        ]
-    }
-}
-
-/// A format, and the most bytes that a stream of false starts makes a receiver examine.
-struct Row {
-    name: &'static str,
-    longest: usize,
-    most: Examined,
-}
+/// A format, the number of bytes in its longest frame, and the most bytes that a stream makes a receiver examine.
+type Row = (&'static str, usize, Examined);
 
 /// Asserts that no call examines more bytes than its bound.
 ///
@@ -108,59 +81,53 @@ fn row<F: Format, const N: usize>(
     start: u8,
     is_asked_before: bool,
 ) -> Row {
-    let count = Cell::new(0);
+    let count = &Cell::new(0);
     let mut receiver = BufferedReceiver::<_, [u8; N]>::new(Counting {
         format,
-        count: &count,
+        count,
         is_asked_before,
     });
+    let mut most = [0; 5];
+    let mut note = |call: usize| most[call] = count.replace(0).max(most[call]);
     let rest = std::iter::repeat_n(&start, F::LONGEST - 1 - head.len());
-    let mut push = 0;
     for &byte in head.iter().chain(rest) {
         assert!(receiver.push(byte).is_none(), "{name}");
-        push = push.max(count.replace(0));
+        note(0);
     }
     assert_eq!(receiver.pending(), F::LONGEST - 1, "{name}");
-    let mut all_pending = receiver.clone();
+    let all_pending = receiver.clone();
 
     // The last byte of the frame shows that the first byte is a false start. The other bytes remain undecided.
-    let last = head.first().copied().unwrap_or(start);
-    assert!(receiver.push(last).is_none(), "{name}");
-    push = push.max(count.replace(0));
-
-    let (mut line_event_step, mut line_event) = (0, 0);
-    for receiver in [&mut all_pending, &mut receiver.clone()] {
-        receiver.clone().line_event(LineEvent::Idle, |_| ());
-        line_event = line_event.max(count.replace(0));
-        while receiver.line_event_step(LineEvent::Idle, |_| ()) {
-            line_event_step = line_event_step.max(count.replace(0));
-        }
-        line_event_step = line_event_step.max(count.replace(0));
-    }
-    let (mut polled, mut poll_step) = (receiver.clone(), 0);
-    while polled.poll_step(|_| ()) {
-        poll_step = poll_step.max(count.replace(0));
-    }
-    poll_step = poll_step.max(count.replace(0));
-    assert!(receiver.poll().is_none(), "{name}");
-    let most = Examined {
-        push,
-        poll_step,
-        line_event_step,
-        poll: count.replace(0),
-        line_event,
-    };
-    let bounds = Examined::bounds(F::LONGEST, is_asked_before);
-    let mut both = most.columns().into_iter().zip(bounds.columns());
     assert!(
-        both.all(|(most, bound)| most <= bound),
-        "{name}: {most:?} exceeds {bounds:?}"
+        receiver
+            .push(head.first().copied().unwrap_or(start))
+            .is_none(),
+        "{name}"
     );
-    Row {
-        name,
-        longest: F::LONGEST,
-        most,
+    note(0);
+    for mut receiver in [all_pending, receiver.clone()] {
+        receiver.clone().line_event(LineEvent::Idle, |_| ());
+        note(4);
+        while receiver.line_event_step(LineEvent::Idle, |_| ()) {
+            note(2);
+        }
+        note(2);
     }
+    let mut polled = receiver.clone();
+    while polled.poll_step(|_| ()) {
+        note(1);
+    }
+    note(1);
+    assert!(receiver.poll().is_none(), "{name}");
+    note(3);
+    let bounds = bounds(F::LONGEST, is_asked_before);
+    for ((call, most), bound) in CALLS.iter().zip(most).zip(bounds) {
+        assert!(
+            most <= bound,
+            "{name}: {call} examines {most} bytes, not {bound}"
+        );
+    }
+    (name, F::LONGEST, most)
 }
 
 const MESSAGES: &[KnownMessage] = &[KnownMessage::with_extra(0, 0, 255)];
@@ -200,25 +167,16 @@ fn rows() -> [Row; 9] {
 
 /// Writes the table of `docs/costs.md`.
 pub(crate) fn table() -> String {
-    let mut text = "\
-| | longest frame | `push` | `poll_step` | `line_event_step` | `poll` | `line_event` |
-| --- | ---: | ---: | ---: | ---: | ---: | ---: |
-"
-    .to_owned();
+    let columns = CALLS.map(|call| format!("`{call}`")).join(" | ");
+    let rule = " ---: |".repeat(6);
+    let mut text = format!("| | longest frame | {columns} |\n| --- |{rule}\n");
+    // `push` of a receiver of fixed length leaves nothing undecided. A line event is one step.
     let fixed = [("BIN", 7), ("BIN-CRC8", 8), ("six axes", 16)].map(|(name, longest)| {
-        // `push` leaves nothing undecided. A line event is one step.
-        let bounds = Examined::bounds(longest, false);
-        let most = Examined {
-            poll_step: 0,
-            line_event_step: bounds.line_event,
-            poll: 0,
-            ..bounds
-        };
-        (name, longest, most)
+        let [push, _, _, _, line_event] = bounds(longest, false);
+        (name, longest, [push, 0, line_event, 0, line_event])
     });
-    let rows = rows().map(|row| (row.name, row.longest, row.most));
-    for (name, longest, most) in fixed.into_iter().chain(rows) {
-        let columns = most.columns().map(|most| most.to_string()).join(" | ");
+    for (name, longest, most) in fixed.into_iter().chain(rows()) {
+        let columns = most.map(|most| most.to_string()).join(" | ");
         let _ = writeln!(text, "| {name} | {longest} | {columns} |");
     }
     text

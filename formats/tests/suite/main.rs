@@ -1,16 +1,15 @@
-//! Tests the formats against other crates' encoders and decoders, and against the laws.
+//! Tests the formats against frames of other projects, and against the laws.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
-mod any_of;
 mod contradictions;
 mod dependency;
-mod display;
+mod ends;
 mod examined;
 mod laws;
 mod limits;
-mod nmea;
 mod others;
 mod own_format;
+mod packet;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
@@ -29,20 +28,6 @@ fn receive<F: Format, const N: usize>(
     }
 }
 
-/// Asserts that the format finds exactly one message in a frame. `see` checks the message.
-fn receive_one<F: Format, const N: usize>(
-    format: F,
-    frame: &[u8],
-    mut see: impl FnMut(F::Message<'_>),
-) {
-    let mut received = 0;
-    receive::<F, N>(format, frame, |message| {
-        see(message);
-        received += 1;
-    });
-    assert_eq!(received, 1, "{frame:02X?}");
-}
-
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and a message with the longest possible payload.
 const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
@@ -52,7 +37,7 @@ const DIALECT: &[KnownMessage] = &[
 
 /// Returns the frame of a message.
 fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
-    let mut buffer = [0xA5; 300];
+    let mut buffer = [0xA5; 1100];
     let frame = format.encode_into(message, &mut buffer);
     frame.expect("it is encoded").to_vec()
 }

@@ -1,6 +1,5 @@
 //! Decodes frames from a file, standard input or a serial port.
 
-mod hints;
 mod summary;
 
 use std::io::{self, Write};
@@ -15,16 +14,18 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
-use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::options::{ProtocolParser, whole};
-use crate::output::{Output, exit_code, note};
-use crate::process::{on_interrupt, time_of_day};
+use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
+use crate::options::{ProtocolParser, check_has_no_breaks, whole};
+use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
 use summary::Summary;
 
 /// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
+
+/// The number of bytes of the stream's beginning from which a hint is made.
+const BEGINNING: usize = 1024;
 
 /// Decode frames from a file, standard input or a serial port
 #[derive(clap::Args)]
@@ -68,9 +69,6 @@ pub(crate) struct Arguments {
     summary: Option<String>,
     #[command(flatten)]
     port: PortOptions,
-    /// If the port disappears, wait for it instead of ending with an error
-    #[arg(long)]
-    reconnect: bool,
     /// After a pause of this length, give up the incomplete frame, and write the whole frames among its
     /// bytes. Off by default, because USB adapters send in bursts, so a frame may contain pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole(text, 1, 1_000_000).map(Duration::from_millis))]
@@ -124,7 +122,7 @@ struct Decoder {
     decided: usize,
     /// The number of frames of the kinds that are written.
     wanted: u64,
-    /// The first bytes of the stream, on which the hint's guesses are tested.
+    /// The first bytes of the stream, from which a hint is made.
     beginning: Vec<u8>,
     is_hinted: bool,
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
@@ -170,27 +168,17 @@ impl Decoder {
         })
     }
 
-    fn arrive(&mut self, arrival: &Arrival) -> Result<()> {
+    fn arrive(&mut self, bytes: &[u8]) -> Result<()> {
         self.idle()?;
-        match arrival {
-            Arrival::Bytes(bytes) => {
-                self.heard = self.options.idle_gap.map(|_| Instant::now());
-                if let Some(recording) = &mut self.recording {
-                    recording.write_all(bytes)?;
-                }
-                self.take(Step::Bytes(bytes))?;
-                let tried = bytes.len().min(hints::TRIED - self.beginning.len());
-                self.beginning.extend(&bytes[..tried]);
-                let is_enough = self.summary.bytes >= ENOUGH;
-                if self.is_live && is_enough && self.start.elapsed() > LONG_ENOUGH {
-                    self.print_hint();
-                }
-            }
-            Arrival::Gone(error) => {
-                note(&format!("{}: {error}; waiting for it", time_of_day()));
-                self.take(Step::Silence)?;
-            }
-            Arrival::Back(_) => note(&format!("{}: the port is back", time_of_day())),
+        self.heard = self.options.idle_gap.map(|_| Instant::now());
+        if let Some(recording) = &mut self.recording {
+            recording.write_all(bytes)?;
+        }
+        self.take(Step::Bytes(bytes))?;
+        let missing = BEGINNING - self.beginning.len();
+        self.beginning.extend(&bytes[..bytes.len().min(missing)]);
+        if self.is_live && self.summary.bytes >= ENOUGH && self.start.elapsed() > LONG_ENOUGH {
+            self.print_hint();
         }
         Ok(())
     }
@@ -275,7 +263,14 @@ impl Decoder {
             return;
         }
         let protocol = &self.options.frame;
-        let cause = hints::likely_cause(protocol, self.options.policy, &self.beginning);
+        let needs_pauses = protocol.description.ending_event().is_some();
+        let cause = if needs_pauses && self.options.idle_gap.is_none() {
+            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
+        } else if is_decimal_text(&self.beginning) {
+            "the input looks like decimal text, such as AB128127128: have the sender write each value as a byte"
+        } else {
+            "check --frame, --input, the baud rate and parity, and whether the line is inverted"
+        };
         note(&format!(
             "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
         ));
@@ -307,8 +302,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         let text = arguments.frame.text.as_bytes();
         return Ok(arguments.output()?.write_all(text)?);
     }
-    let mut input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
-    input.reconnects = arguments.reconnect;
+    check_has_no_breaks(&arguments.frame)?;
+    let input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
     arguments.check_times(&input)?;
     let (has_summary, has_gap) = (arguments.summary.is_some(), arguments.idle_gap.is_some());
     let decoder = Arc::new(Mutex::new(Decoder::new(arguments, !input.is_file)?));
@@ -330,7 +325,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         });
     }
     lock(&decoder).begin()?;
-    for_each_arrival(input, |arrival| lock(&decoder).arrive(&arrival))?;
+    for_each_arrival(input, |bytes| lock(&decoder).arrive(bytes))?;
     let mut decoder = lock(&decoder);
     decoder.take(Step::End)?;
     decoder.summarise()
@@ -366,6 +361,12 @@ impl Arguments {
         })
         .transpose()
     }
+}
+
+fn is_decimal_text(bytes: &[u8]) -> bool {
+    let is_text = |byte: &u8| matches!(byte, b'!'..=b'~' | b'\r' | b'\n');
+    let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
+    bytes.iter().all(is_text) && 10 * digits > 3 * bytes.len()
 }
 
 /// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.

@@ -71,8 +71,8 @@ impl Arguments {
     fn encode(&self, input: Input, mut output: Output) -> Result<()> {
         let name = input.name.clone();
         let mut count = 0_u64;
-        for row in rows(input, &self.frame, false)? {
-            output.write_all(&row?.frame)?;
+        for row in rows(input, &self.frame)? {
+            output.write_all(&row?)?;
             count += 1;
         }
         if count == 0 {

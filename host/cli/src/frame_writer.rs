@@ -247,38 +247,18 @@ impl FrameWriter {
         self.append_text(row, frame);
     }
 
-    /// Appends a frame's length and its fields. Numbers of up to three digits are aligned in columns.
+    /// Appends a frame's length, its kind and its fields: the name, the values and the unit. Numbers are padded to three
+    /// characters, so that they form columns.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
         if !self.protocol.has_setpoints() {
             row.extend(b"   length ");
             append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
-        self.append_fields(row, frame, b"   ");
-    }
-
-    /// Returns a line of text for each field of a frame.
-    pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
-        let mut text = Vec::new();
-        if !frame.is_empty() {
-            self.append_fields(&mut text, frame, b"\n");
-        }
-        let text = String::from_utf8_lossy(&text);
-        text.lines().skip(1).map(str::to_owned).collect()
-    }
-
-    /// Appends a frame's kind and its fields: the name, the values and the unit. `between` precedes each field. Numbers
-    /// are padded to three characters, so that they form columns.
-    fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
+        let between = b"   ";
         let KindRow { kind, .. } = self.kind_row(frame);
         if self.has_kinds {
-            for part in [
-                between,
-                KIND.as_bytes(),
-                b" ",
-                kind.name_of(frame).as_bytes(),
-            ] {
-                row.extend(part);
-            }
+            row.extend(b"   kind ");
+            row.extend(kind.name_of(frame).as_bytes());
         }
         for (field, content) in kind.values(frame) {
             row.extend(between);

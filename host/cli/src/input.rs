@@ -3,16 +3,15 @@
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::hex;
 
-use crate::output::note;
-use crate::process;
-use crate::serial::{self, Device, Port, PortOptions};
+use crate::output::{note, standard_stream};
+use crate::serial::{self, PortOptions};
 
 /// The number of bytes that are read or written at a time. It is large enough that system calls cost
 /// little.
@@ -23,22 +22,10 @@ pub(crate) struct Input<'a> {
     /// The input's name in messages.
     pub(crate) name: String,
     reader: Box<dyn Read + Send + 'a>,
-    /// The port, if the input is a serial port.
-    pub(crate) port: Option<OpenPort>,
-    /// Whether the port is opened again after it disappeared.
-    pub(crate) reconnects: bool,
-    spelling: Spelling,
     /// Whether the input is a regular file. Such a file does not tell when its bytes arrived.
     pub(crate) is_file: bool,
     /// The number of bytes read so far.
     offset: u64,
-}
-
-/// A port's device, and the path and the settings with which the port is opened again.
-pub(crate) struct OpenPort {
-    path: PathBuf,
-    options: PortOptions,
-    pub(crate) device: Device,
 }
 
 /// The notation of the input's bytes.
@@ -50,33 +37,12 @@ pub(crate) enum Spelling {
     Hex,
 }
 
-/// An event at an input.
-pub(crate) enum Arrival<'b> {
-    Bytes(&'b [u8]),
-    /// The port is gone, for this reason. An incomplete frame will not continue.
-    Gone(io::Error),
-    /// The port is back.
-    Back(Device),
-}
-
-impl Arrival<'_> {
-    pub(crate) fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Bytes(bytes) => bytes,
-            Self::Gone(_) | Self::Back(_) => &[],
-        }
-    }
-}
-
 impl<'a> Input<'a> {
     /// Makes an input from any reader.
     pub(crate) fn new(name: &str, reader: impl Read + Send + 'a) -> Self {
         Self {
             name: name.to_owned(),
             reader: Box::new(reader),
-            port: None,
-            reconnects: false,
-            spelling: Spelling::Bytes,
             is_file: false,
             offset: 0,
         }
@@ -87,14 +53,11 @@ impl<'a> Input<'a> {
     pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
         let (name, file) = if path == "-" {
-            let file =
-                process::standard_stream(io::stdin()).context("cannot open standard input")?;
+            let file = standard_stream(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
-            if let Some(port) = serial::open_or_wait(argument, options)? {
-                let mut input = Self::new(&path, io::empty());
-                input.read_port(argument.to_owned(), options.clone(), port);
-                return Ok(input);
+            if let Some(port) = serial::open(argument, options)? {
+                return Ok(Self::new(&path, port));
             }
             (&*path, open_file(argument)?)
         };
@@ -111,32 +74,14 @@ impl<'a> Input<'a> {
     }
 
     /// Sets the notation of the input's bytes. If the notation is hex, the input parses the text that it reads.
-    pub(crate) fn spelled(mut self, spelling: Spelling) -> Self {
-        self.spelling = spelling;
-        if spelling == Spelling::Hex {
-            let text = std::mem::replace(&mut self.reader, Box::new(io::empty()));
-            self.reader = spelled(text, spelling);
+    pub(crate) fn spelled(self, spelling: Spelling) -> Self {
+        match spelling {
+            Spelling::Bytes => self,
+            Spelling::Hex => Self {
+                reader: Box::new(HexReader::new(BufReader::new(self.reader))),
+                ..self
+            },
         }
-        self
-    }
-
-    /// Waits until the port is back, and returns its device.
-    fn reopen(&mut self) -> Option<Device> {
-        self.reader = Box::new(io::empty());
-        let OpenPort { path, options, .. } = self.port.take()?;
-        let port = serial::reopen(&path, &options, || false)?;
-        Some(self.read_port(path, options, port))
-    }
-
-    fn read_port(&mut self, path: PathBuf, options: PortOptions, port: Port) -> Device {
-        let device = port.device.clone();
-        self.reader = spelled(port, self.spelling);
-        self.port = Some(OpenPort {
-            path,
-            options,
-            device: device.clone(),
-        });
-        device
     }
 }
 
@@ -164,33 +109,17 @@ impl Read for Input<'_> {
     }
 }
 
-/// Calls `take` with each event at `input` as soon as it happens, until the input ends.
+/// Calls `take` with the bytes of `input` as soon as they arrive, until the input ends.
 pub(crate) fn for_each_arrival(
     mut input: Input,
-    mut take: impl FnMut(Arrival) -> Result<()>,
+    mut take: impl FnMut(&[u8]) -> Result<()>,
 ) -> Result<()> {
     let mut chunk = vec![0; CHUNK_LENGTH];
     loop {
-        let outcome = input.read(&mut chunk);
-        match outcome {
-            Ok(0) => return Ok(()),
-            Ok(count) => take(Arrival::Bytes(&chunk[..count]))?,
-            Err(error) if input.reconnects && serial::is_gone(&error) => {
-                take(Arrival::Gone(error))?;
-                if let Some(device) = input.reopen() {
-                    take(Arrival::Back(device))?;
-                }
-            }
-            Err(error) => return Err(error.into()),
+        match input.read(&mut chunk)? {
+            0 => return Ok(()),
+            count => take(&chunk[..count])?,
         }
-    }
-}
-
-/// Returns a reader of the bytes that `text` contains in this notation.
-fn spelled<'a>(text: impl Read + Send + 'a, spelling: Spelling) -> Box<dyn Read + Send + 'a> {
-    match spelling {
-        Spelling::Bytes => Box::new(text),
-        Spelling::Hex => Box::new(HexReader::new(BufReader::new(text))),
     }
 }
 
@@ -264,8 +193,8 @@ mod tests {
     fn read(script: Vec<io::Result<&'static [u8]>>, take: usize) -> (Vec<Vec<u8>>, Result<()>) {
         let mut chunks = Vec::new();
         let input = Input::new("the line", Script(script.into_iter()));
-        let outcome = for_each_arrival(input, |arrival| {
-            chunks.push(arrival.bytes().to_vec());
+        let outcome = for_each_arrival(input, |bytes| {
+            chunks.push(bytes.to_vec());
             anyhow::ensure!(chunks.len() < take, "had enough");
             Ok(())
         });

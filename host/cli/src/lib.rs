@@ -4,10 +4,8 @@
     reason = "an index out of range is a bug of this program"
 )]
 
-use std::io::Write;
 use std::process::ExitCode;
 
-use anyhow::Result;
 use clap::builder::{Resettable, StyledStr};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -17,19 +15,14 @@ mod encode;
 mod frame_writer;
 mod generate;
 mod input;
-mod line_errors;
 mod monitor;
 mod options;
 mod output;
-mod ports;
-mod process;
 mod rows;
-pub mod screen;
 mod send;
 mod serial;
 mod simulate;
 mod trace;
-mod view_parts;
 
 /// Decode, watch, send and simulate serial frames
 #[derive(Parser)]
@@ -47,7 +40,7 @@ enum Command {
     Trace(trace::Arguments),
     /// Decode frames from a file, standard input or a serial port
     Decode(decode::Arguments),
-    /// Watch a serial line live: state, values, rates, counters
+    /// Watch a line: its state, rates and last frame, each second
     Monitor(monitor::Arguments),
     /// Send frames to a board on time: a profile, a motion or UDP
     Send(send::Arguments),
@@ -59,9 +52,6 @@ enum Command {
     Simulate(simulate::Arguments),
     /// List the serial ports of this computer
     Ports,
-    /// Print a script that completes commands in a shell
-    #[command(after_help = include_str!("help/completions.txt"))]
-    Completions { shell: clap_complete::Shell },
 }
 
 /// Runs the command that this process's arguments name, and returns the exit code.
@@ -84,16 +74,9 @@ pub fn run() -> ExitCode {
         Command::Encode(arguments) => encode::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Ports => ports::run(),
-        Command::Completions { shell } => write_completions(shell),
+        Command::Ports => serial::list(),
     };
     ExitCode::from(output::exit_code(outcome))
-}
-
-fn write_completions(shell: clap_complete::Shell) -> Result<()> {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
-    Ok(output::Output::standard()?.write_all(&script)?)
 }
 
 #[cfg(test)]

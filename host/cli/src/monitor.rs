@@ -1,37 +1,30 @@
-//! Shows a live view of a line: the receiver's state, values, rates, counters and discarded bytes.
+//! Watches a line: prints a line of text each second, with the state, the rates, the failsafe and the last frame.
 
-mod view;
-mod watch;
-
-use std::io::{self, IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
-use std::sync::mpsc::{self, TryRecvError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Error, Result, bail};
-use framelock::motion::FailsafeParameters;
+use anyhow::Result;
+use framelock::motion::{Failsafe, FailsafeParameters, Output as Actuators};
+use framelock::{Counters, Found, LineEvent};
 use framelock_description::text::harmless;
-use framelock_receiving::{AnyLine, Policy, Protocol};
+use framelock_receiving::{AnyLine, Policy, Protocol, Standstill};
 use framelock_simulation::LEVEL;
-use ratatui::crossterm::event::KeyCode;
-use ratatui::text::Line;
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Arrival, Input, for_each_arrival};
-use crate::options::{ProtocolParser, whole};
-use crate::output::Output;
-use crate::screen::{self, DRAW_EVERY, Screen, key_within, quits};
-use crate::serial::{Device, PortOptions};
-use watch::{Connection, Watch};
+use crate::input::{Input, for_each_arrival};
+use crate::options::{ProtocolParser, check_has_no_breaks};
+use crate::output::{Output, exit_code};
+use crate::serial::PortOptions;
 
-/// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
+/// Watch a line: print its state, its rates, the failsafe and the last frame, a line each second
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/monitor.txt"))]
 pub(crate) struct Arguments {
-    /// Read a serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard input.
-    /// Keys are always read from the terminal
-    #[arg(value_name = "PORT|PTY|-")]
+    /// Read a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
+    #[arg(value_name = "PORT|-")]
     line: PathBuf,
     /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
     /// discards it; bin only)
@@ -42,150 +35,280 @@ pub(crate) struct Arguments {
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
-    /// If the port disappears, end with an error instead of waiting for it
-    #[arg(long)]
-    no_reconnect: bool,
-    /// After a silence of this length, the failsafe holds its output
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
-    hold_after: u32,
-    /// After a silence of this length, the failsafe moves to park (128 on every axis). It needs one
-    /// second for the full travel
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 4, 1_000_000))]
-    ramp_after: u32,
 }
 
-/// Runs `framelock monitor`.
+/// The time between two lines.
+const REPORT_EVERY: Duration = Duration::from_secs(1);
+
+/// If silence ends the frames, a pause of this length ends a frame.
+const IDLE_GAP: Duration = Duration::from_millis(4);
+
+/// The time between two polls of the failsafe, in microseconds, as in the firmware.
+const TICK: u32 = 2_000;
+const TICKS_PER_SECOND: u32 = 1_000_000;
+
+/// Runs `framelock monitor`, until the input ends or reading it fails.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
-    let failsafe = FailsafeParameters {
-        hold_after: arguments.hold_after * 1000,
-        ramp_after: arguments.ramp_after * 1000,
-        ..FailsafeParameters::for_clock(watch::TICKS_PER_SECOND, watch::TICK, LEVEL.into())
-    };
-    let frame = FrameWriter::new(arguments.frame.clone());
-    let mut watch = Watch::new(frame, line, failsafe).context("--hold-after and --ramp-after")?;
-    arguments.check_terminal()?;
-    let mut input = Input::open(&arguments.line, &arguments.port)?;
-    input.reconnects = !arguments.no_reconnect;
-    watch.title = arguments.title(&input);
-    if let Some(port) = &input.port {
-        watch.mark_errors(port.device.clone(), arguments.port.has_parity());
+    let input = Input::open(&arguments.line, &arguments.port)?;
+    let watch = Watch::new(FrameWriter::new(arguments.frame.clone()), line);
+    let watch = Arc::new(Mutex::new(watch));
+    let start = Instant::now();
+    let reported = Arc::clone(&watch);
+    let mut output = Output::standard()?;
+    // This thread ends with the process.
+    thread::spawn(move || {
+        loop {
+            thread::sleep(REPORT_EVERY);
+            let report = lock(&reported).report(start.elapsed());
+            if let Err(error) = writeln!(output, "{report}") {
+                std::process::exit(exit_code(Err(error.into())).into());
+            }
+        }
+    });
+    let outcome = for_each_arrival(input, |bytes| {
+        lock(&watch).receive(start.elapsed(), bytes);
+        Ok(())
+    });
+    let report = lock(&watch).report(start.elapsed());
+    writeln!(Output::standard()?, "{report}")?;
+    outcome
+}
+
+/// Locks the watch, even after a panic of another thread, since its state is always valid.
+fn lock(watch: &Mutex<Watch>) -> MutexGuard<'_, Watch> {
+    watch.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A line as a board would receive it, with a failsafe. The caller passes the time.
+struct Watch {
+    frame: FrameWriter,
+    line: AnyLine,
+    failsafe: Failsafe<u8, 3>,
+    /// The failsafe's output at the last poll.
+    output: Actuators<u8, 3>,
+    standstill: Standstill,
+    polled_at: Duration,
+    last_frame: Vec<u8>,
+    /// The time of the last bytes, if silence ends the frames and the pause after these bytes has not been reported.
+    heard_at: Option<Duration>,
+    /// The time and the counters of the last report.
+    reported_at: Duration,
+    before: Counters,
+}
+
+impl Watch {
+    fn new(frame: FrameWriter, line: AnyLine) -> Self {
+        let parameters = FailsafeParameters::for_clock(TICKS_PER_SECOND, TICK, LEVEL.into());
+        let mut failsafe = Failsafe::new(parameters, 0).expect("the parameters are the usual ones");
+        Self {
+            frame,
+            line,
+            output: failsafe.poll(0),
+            failsafe,
+            standstill: Standstill::new(TICKS_PER_SECOND, parameters.hold_after),
+            polled_at: Duration::ZERO,
+            last_frame: Vec::new(),
+            heard_at: None,
+            reported_at: Duration::ZERO,
+            before: Counters::ZERO,
+        }
     }
-    let outcome = arguments.watch_live(&mut watch, input);
-    // Print the counters even if the view ended with an error.
-    let lines = watch.report();
-    let report: String = lines.iter().map(|line| harmless(line) + "\n").collect();
-    let written = Output::standard()?.write_all(report.as_bytes());
-    outcome?;
-    Ok(written?)
-}
 
-/// The number of messages that may wait in the channel. It is large enough for a serial line. A program that writes
-/// into a pipe faster than the view reads has to wait.
-const MOST_WAITING: usize = 64;
+    /// Takes bytes that arrived at this time.
+    fn receive(&mut self, now: Duration, bytes: &[u8]) {
+        self.advance_to(now);
+        self.step(|line, found| line.feed(bytes, found));
+        let ending_event = self.frame.protocol.description.ending_event();
+        self.heard_at = ending_event.map(|_| now);
+    }
 
-/// The longest time for which messages are handled before keys are checked again.
-const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
-
-/// A message from the thread that reads the input.
-enum News {
-    Bytes(Vec<u8>),
-    Gone(String),
-    Back(Device),
-    Failed(Error),
-}
-
-impl Arguments {
-    /// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after an error or a
-    /// panic.
-    fn watch_live(&self, watch: &mut Watch, input: Input<'static>) -> Result<()> {
-        let mut screen = Screen::take()?;
-        let beginning = Instant::now();
-        let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
-        // If the reading thread still waits for input at the end, it ends with the process.
-        thread::spawn(move || {
-            // Sending fails after the view is gone. This is not an error.
-            let send = |news| drop(sender.send((beginning.elapsed(), news)));
-            let outcome = for_each_arrival(input, |arrival| {
-                send(match arrival {
-                    Arrival::Bytes(bytes) => News::Bytes(bytes.to_vec()),
-                    Arrival::Gone(error) => News::Gone(error.to_string()),
-                    Arrival::Back(device) => News::Back(device),
-                });
-                Ok(())
-            });
-            if let Err(failure) = outcome {
-                send(News::Failed(failure));
+    /// Passes bytes or a line event to the line, and keeps the last frame.
+    fn step(&mut self, step: impl FnOnce(&mut AnyLine, &mut dyn FnMut(Found<&[u8]>))) {
+        step(&mut self.line, &mut |found| {
+            if let Some(frame) = found.message() {
+                frame.clone_into(&mut self.last_frame);
+                if let Some(setpoint) = self.frame.protocol.setpoint(frame) {
+                    self.failsafe.frame(setpoint);
+                }
             }
         });
-        // The lines at the moment when the view was paused. The line is counted all the same.
-        let mut paused: Option<Vec<Line>> = None;
-        while !screen.is_ended() {
-            let now = beginning.elapsed();
-            while beginning.elapsed() < now + LONGEST_CATCHING_UP {
-                match arrivals.try_recv() {
-                    Ok((at, News::Bytes(bytes))) => watch.receive(at, &bytes),
-                    Ok((at, News::Gone(why))) => watch.lose_port(at, &why),
-                    Ok((_, News::Back(device))) => {
-                        watch.regain_port(device, self.port.has_parity());
-                    }
-                    Ok((_, News::Failed(failure))) => return Err(failure),
-                    Err(TryRecvError::Empty) => break,
-                    Err(TryRecvError::Disconnected) => {
-                        watch.port = Connection::Ended;
-                        break;
-                    }
-                }
-            }
-            // Later arrivals are handled after the next drawing.
-            watch.advance_to(now);
-            let lines = paused.clone().unwrap_or_else(|| view::lines(watch));
-            screen.draw(|frame| view::draw(frame, lines, paused.is_some()))?;
-            match key_within(DRAW_EVERY)? {
-                Some(key) if quits(key) => break,
-                Some(key) if key.code == KeyCode::Char(' ') => {
-                    paused = match paused {
-                        Some(_) => None,
-                        None => Some(view::lines(watch)),
-                    };
-                }
-                _ => {}
-            }
-        }
-        Ok(())
     }
 
-    /// Checks that there is a terminal for the view, and one to read keys from.
-    fn check_terminal(&self) -> Result<()> {
-        let line = self.line.display();
-        if !screen::is_there() {
-            bail!(
-                "standard output is not a terminal that can show a view; \
-                 `framelock decode {line} --format text` writes lines instead"
-            );
+    /// Reports a pause to the receiver, if silence ends the frames. Polls the failsafe as often as a board does. After a
+    /// long interruption, leaves out the beginning.
+    fn advance_to(&mut self, now: Duration) {
+        let is_over = |heard: &mut Duration| now.saturating_sub(*heard) >= IDLE_GAP;
+        if self.heard_at.take_if(is_over).is_some() {
+            self.step(|line, found| line.line_event(LineEvent::Idle, found));
         }
-        let types_at_input = io::stdin().is_terminal();
-        if self.line.as_os_str() == "-" && types_at_input {
-            bail!(
-                "standard input is the terminal, from which keys are read: name a serial port, or \
-                 pipe a stream in"
-            );
+        let earliest = now.saturating_sub(Duration::from_secs(10));
+        self.polled_at = self.polled_at.max(earliest);
+        let tick = Duration::from_micros(TICK.into());
+        while self.polled_at + tick <= now {
+            self.polled_at += tick;
+            // The failsafe's clock is a counter of microseconds that wraps.
+            let [a, b, c, d, ..] = self.polled_at.as_micros().to_le_bytes();
+            let ticks = u32::from_le_bytes([a, b, c, d]);
+            self.output = self.failsafe.poll(ticks);
+            let frames = self.line.counters().frames.into();
+            let slow_frames = self.failsafe.slow_frames();
+            self.standstill.polled(ticks, frames, slow_frames);
         }
-        if !types_at_input && !screen::has_keys() {
-            bail!(
-                "there is no terminal to read keys from: neither standard input nor /dev/tty is \
-                 one; use `framelock decode {line} --format text` instead"
-            );
-        }
-        Ok(())
     }
 
-    fn title(&self, input: &Input) -> String {
-        let port = match input.port {
-            Some(_) => format!(", {}", self.port),
-            None => String::new(),
+    /// Returns the line of text about the time since the last report.
+    fn report(&mut self, now: Duration) -> String {
+        self.advance_to(now);
+        let counters = *self.line.counters();
+        let before = std::mem::replace(&mut self.before, counters);
+        let elapsed = now.saturating_sub(self.reported_at).as_secs_f64();
+        self.reported_at = now;
+        let increase = |count: fn(&Counters) -> u32| count(&counters).wrapping_sub(count(&before));
+        let bytes = increase(|counters| counters.bytes);
+        let frames = increase(|counters| counters.frames);
+        let discarded = increase(|counters| counters.discarded.total());
+        let state = match (bytes, frames, discarded) {
+            (0, ..) => "SILENT",
+            (_, 1.., 0) => "LOCKED",
+            _ => "SEARCHING",
         };
-        let (frame, policy) = (&self.frame, self.policy);
-        format!("{}{port}, {frame}, {policy}", input.name)
+        let rate = |count: u32| f64::from(count) / elapsed.max(1e-3);
+        let mut report = format!(
+            "{state:<9} {:>7.1} frames/s {:>8.0} bytes/s   discarded {}",
+            rate(frames),
+            rate(bytes),
+            counters.discarded.total()
+        );
+        if self.frame.protocol.has_setpoints() {
+            let Actuators { axes, phase } = self.output;
+            let [pitch, roll, yaw] = axes;
+            let name = phase.to_string().to_uppercase();
+            let reason = self.standstill.reason(phase);
+            let reason = reason.map_or(String::new(), |why| format!(": {why}"));
+            let failsafe = format!("   failsafe {name} {pitch},{roll},{yaw}{reason}");
+            report += &failsafe;
+        }
+        if !self.last_frame.is_empty() {
+            let mut text = Vec::new();
+            self.frame.append_text(&mut text, &self.last_frame);
+            report += &String::from_utf8_lossy(&text);
+        }
+        harmless(&report)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    fn watch(name: &str) -> Watch {
+        let frame = Protocol::named(name).unwrap();
+        let line = AnyLine::new(&frame, Policy::Framelock).unwrap();
+        Watch::new(FrameWriter::new(frame), line)
+    }
+
+    /// Receives this number of frames, one after each time of this many milliseconds. Returns the report at the end.
+    fn after(watch: &mut Watch, frames: u64, every: u64, bytes: &[u8]) -> String {
+        let start = watch.reported_at;
+        for frame in 0..frames {
+            watch.receive(start + Duration::from_millis(frame * every), bytes);
+        }
+        watch.report(start + Duration::from_millis(frames * every))
+    }
+
+    const FRAME: &[u8] = b"AB\0\x10\x20\x30\r";
+    const NONE: &[u8] = b"";
+
+    /// The failsafe's clock wraps after 71.6 minutes.
+    #[test]
+    fn each_second_has_a_report_at_once_and_after_hours() {
+        for hours in [0, 3] {
+            let mut watch = watch("bin");
+            watch.report(Duration::from_secs(hours * 3_600));
+            let fields = "   pitch  16   roll  32   yaw  48";
+            for (frames, every, bytes, expected) in [
+                (
+                    150,
+                    20,
+                    FRAME,
+                    "LOCKED       50.0 frames/s      350 bytes/s   discarded 0   failsafe LIVE 16,32,48",
+                ),
+                (
+                    50,
+                    20,
+                    b"?AB\0\x10\x20\x30\r",
+                    "SEARCHING    50.0 frames/s      400 bytes/s   discarded 50   failsafe LIVE 16,32,48",
+                ),
+                (
+                    1,
+                    600,
+                    &FRAME[..3],
+                    "SEARCHING     0.0 frames/s        5 bytes/s   discarded 50   failsafe RAMP",
+                ),
+                (
+                    2,
+                    1_000,
+                    NONE,
+                    "SILENT        0.0 frames/s        0 bytes/s   discarded 50   failsafe PARKED 128,128,128: no frames",
+                ),
+            ] {
+                let report = after(&mut watch, frames, every, bytes);
+                assert!(
+                    report.starts_with(expected) && report.ends_with(fields),
+                    "{report}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_report_says_why_the_platform_does_not_follow() {
+        let mut watch = watch("bin");
+        let report = after(&mut watch, 20, 200, FRAME);
+        let apart = "PARKED 128,128,128: frames arrive too far apart (fewer than 10 a second)";
+        assert!(
+            report.contains("  5.0 frames/s") && report.contains(apart),
+            "{report}"
+        );
+        let report = after(&mut watch, 30, 20, FRAME);
+        assert!(
+            report.contains(": moves slowly to the setpoint"),
+            "{report}"
+        );
+    }
+
+    #[test]
+    fn a_pause_ends_frames_that_silence_ends() {
+        let report = after(
+            &mut watch("modbus-rtu"),
+            10,
+            100,
+            b"\x01\x03\x02\0\0\xB8\x44",
+        );
+        let fields = "discarded 0   length   7   address   1   function   3   data x020000";
+        assert!(
+            report.starts_with("LOCKED       10.0 frames/s") && report.ends_with(fields),
+            "{report}"
+        );
+    }
+
+    #[test]
+    fn described_frames_have_their_fields_and_no_failsafe() {
+        let report = after(
+            &mut watch("ubx"),
+            10,
+            100,
+            b"\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38",
+        );
+        let expected = "discarded 0   length  10   kind ACK-ACK   class   5   id   1   clsID   6";
+        assert!(
+            report.starts_with("LOCKED       10.0 frames/s      100 bytes/s")
+                && report.contains(expected),
+            "{report}"
+        );
     }
 }

@@ -2,10 +2,10 @@
 
 use std::ffi::OsStr;
 
-use anyhow::{Context, Result, anyhow, bail};
-use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use clap::builder::{StringValueParser, TypedValueParser};
+use framelock::LineEvent;
 use framelock::motion::Setpoint;
-use framelock_description::SHIPPED;
 use framelock_description::text::{harmless, quoted};
 use framelock_receiving::Protocol;
 
@@ -56,6 +56,16 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
     })
 }
 
+/// Checks that no break begins the frames of this protocol. Neither files nor this program's ports have breaks.
+pub(crate) fn check_has_no_breaks(protocol: &Protocol) -> Result<()> {
+    ensure!(
+        protocol.description.ending_event() != Some(LineEvent::Break),
+        "a break begins each packet of {protocol}, and this command neither sees nor sends breaks: generate a receiver, \
+         and report the breaks to it in the firmware"
+    );
+    Ok(())
+}
+
 /// Returns the shipped description with this name, or reads the description in the file with this name.
 #[derive(Clone)]
 pub(crate) struct ProtocolParser;
@@ -72,10 +82,5 @@ impl TypedValueParser for ProtocolParser {
         let named = |name: String| Protocol::named(&name).map_err(|why| harmless(&why.to_string()));
         let parser = StringValueParser::new().try_map(named);
         parser.parse_ref(command, argument, name)
-    }
-
-    /// Returns the names that completions offer.
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
     }
 }

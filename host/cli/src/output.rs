@@ -1,4 +1,5 @@
-//! Outputs: a file, standard output or a serial port. Also the messages on standard error.
+//! Outputs: a file, standard output or a serial port. Also the messages on standard error, this process's exit code, and
+//! its reaction to Ctrl-C.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -6,8 +7,6 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use framelock_description::text::harmless;
-
-use crate::process;
 
 /// An open output. Its errors name the output that could not be written. A broken pipe is passed on
 /// unchanged, for [`exit_code`].
@@ -57,7 +56,7 @@ impl Output {
     }
 
     pub(crate) fn standard() -> Result<Self> {
-        let file = process::standard_stream(io::stdout()).context("cannot open standard output")?;
+        let file = standard_stream(io::stdout()).context("cannot open standard output")?;
         Ok(Self::new("standard output", file))
     }
 }
@@ -105,4 +104,31 @@ pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     }
     note(&format!("{error:#}"));
     2
+}
+
+/// Returns standard input or output as a file. Unlike `Stdin` and `Stdout`, a file can report its size and adds no
+/// buffer of its own.
+#[cfg(unix)]
+pub(crate) fn standard_stream(stream: impl std::os::fd::AsFd) -> io::Result<File> {
+    stream.as_fd().try_clone_to_owned().map(File::from)
+}
+
+/// Returns standard input or output as a file.
+#[cfg(windows)]
+pub(crate) fn standard_stream(stream: impl std::os::windows::io::AsHandle) -> io::Result<File> {
+    stream.as_handle().try_clone_to_owned().map(File::from)
+}
+
+/// The exit code that a shell reports for a program that Ctrl-C ended.
+const EXIT_CODE_INTERRUPTED: i32 = 130;
+
+/// Calls `first` on a thread of its own at the first Ctrl-C, SIGTERM or SIGHUP. The second signal ends the process,
+/// in case `first` takes long.
+pub(crate) fn on_interrupt(first: impl FnOnce() + Send + 'static) -> Result<()> {
+    let mut first = Some(first);
+    ctrlc::set_handler(move || match first.take() {
+        Some(first) => drop(std::thread::spawn(first)),
+        None => std::process::exit(EXIT_CODE_INTERRUPTED),
+    })
+    .context("cannot watch for Ctrl-C")
 }

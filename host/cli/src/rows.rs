@@ -1,28 +1,15 @@
 //! Makes frames from rows of comma-separated values or JSON, one frame per row.
 
 use std::io::{self, BufRead, BufReader, Read};
-use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock_description::text::quote;
 use framelock_description::{Column, Description};
 use framelock_receiving::Protocol;
 use serde_json::{Map, Number, Value};
 
 use crate::input::Input;
-
-/// The name of the column or field that contains times.
-const TIME: &str = "time";
-
-/// A row of the input.
-#[derive(Debug)]
-pub(crate) struct Row {
-    /// The due time, if the text has times and times are read.
-    pub(crate) time: Option<Duration>,
-    /// The frame with its values.
-    pub(crate) frame: Vec<u8>,
-}
+use crate::options::check_has_no_breaks;
 
 /// The values of a row, by the names of their columns or fields.
 type Fields = Map<String, Value>;
@@ -30,16 +17,13 @@ type Fields = Map<String, Value>;
 /// The line number of a row, and its fields or an error.
 type NumberedFields = (u64, Result<Fields>);
 
-/// Returns the rows of a text, each as soon as its line has arrived.
-///
-/// With `reads_times`, also reads times in seconds from a column or field `time`. If a table without a header has one
-/// more column than a frame has values, the first column contains the times. Times must not decrease.
+/// Returns the frame of each row of a text, as soon as the row's line has arrived.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     frame: &'a Protocol,
-    reads_times: bool,
-) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
+) -> Result<impl Iterator<Item = Result<Vec<u8>>> + 'a> {
     let name = input.name.clone();
+    check_has_no_breaks(frame)?;
     let mut input = BufReader::new(input);
     let (beginning, is_json) = beginning(&mut input)?;
     if beginning.starts_with(b"\xFF\xFE") || beginning.starts_with(b"\xFE\xFF") {
@@ -53,20 +37,14 @@ pub(crate) fn rows<'a>(
     let lines: Box<dyn Iterator<Item = io::Result<NumberedFields>> + 'a> = if is_json {
         Box::new(json_lines(input))
     } else {
-        Box::new(separated(input, description, reads_times))
+        Box::new(separated(input, description))
     };
-    let (mut is_first, mut before) = (true, None);
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
         let row = fields.and_then(|fields| {
-            let time = fields.get(TIME).filter(|_| reads_times);
-            let time = time.map(seconds).transpose()?;
             let frame = description.encode(&values(&description.columns, &fields)?)?;
-            if !std::mem::replace(&mut is_first, false) {
-                check_order(before, time)?;
-            }
-            before = time;
-            Ok(Row { time, frame })
+            let sent = description.sent(&frame);
+            sent.context("no packet has these values")
         });
         row.with_context(|| format!("{name}: line {number}"))
     }))
@@ -110,30 +88,6 @@ fn values(columns: &[Column], fields: &Fields) -> Result<Vec<Option<Value>>> {
     Ok(values)
 }
 
-fn seconds(value: &Value) -> Result<Duration> {
-    let seconds = value.as_f64();
-    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    let problem = || {
-        format!(
-            "time {} is not a number of seconds, 0 or more",
-            quote(value)
-        )
-    };
-    time.with_context(problem)
-}
-
-/// Checks that a time is not earlier than the time of the row above.
-fn check_order(before: Option<Duration>, time: Option<Duration>) -> Result<()> {
-    match (before, time) {
-        (Some(before), Some(time)) if time < before => bail!(
-            "the time {time:?} is earlier than {before:?}, the time of the row above; times may not decrease"
-        ),
-        (Some(_), None) => bail!("this row has no time, but the rows above have times"),
-        (None, Some(_)) => bail!("this row has a time, but the rows above have none"),
-        _ => Ok(()),
-    }
-}
-
 /// Reads a text with one JSON object per line.
 fn json_lines(input: impl BufRead) -> impl Iterator<Item = io::Result<NumberedFields>> {
     let lines = (1..).zip(input.split(b'\n'));
@@ -154,7 +108,6 @@ fn json_lines(input: impl BufRead) -> impl Iterator<Item = io::Result<NumberedFi
 fn separated<'a>(
     input: impl Read + 'a,
     description: &'a Description,
-    reads_times: bool,
 ) -> impl Iterator<Item = io::Result<NumberedFields>> {
     // Only a line feed ends a line, and a line feed is added after the last line. A row's line number therefore follows
     // from the reader's position.
@@ -182,7 +135,7 @@ fn separated<'a>(
                     header = Some(record);
                     continue;
                 }
-                None => header.insert(plain_names(&record, description, reads_times)),
+                None => header.insert(plain_names(description)),
             };
             let fields = separated_fields(&record, names, description);
             return Ok(Some((reader.position().line() - 1, fields)));
@@ -192,12 +145,10 @@ fn separated<'a>(
     std::iter::from_fn(move || next().transpose())
 }
 
-/// Returns the names of the columns of a table without a header. `first` is the first row.
-fn plain_names(first: &StringRecord, description: &Description, reads_times: bool) -> StringRecord {
+/// Returns the names of the columns of a table without a header.
+fn plain_names(description: &Description) -> StringRecord {
     let plain = description.plain_columns();
-    let time = (reads_times && first.len() == plain.len() + 1).then_some(TIME);
-    let names = plain.iter().map(|column| &*column.name);
-    time.into_iter().chain(names).collect()
+    plain.iter().map(|column| &*column.name).collect()
 }
 
 fn column<'a>(description: &'a Description, name: &str) -> Option<&'a Column> {
@@ -211,7 +162,7 @@ fn separated_fields(
     description: &Description,
 ) -> Result<Fields> {
     if record.len() != names.len() {
-        let plain = plain_names(record, description, false);
+        let plain = plain_names(description);
         bail!(
             "columns: {}, expected: {}; columns other than {} need a header that names all columns",
             record.len(),
@@ -223,8 +174,8 @@ fn separated_fields(
     for (name, text) in names.iter().zip(record) {
         let value = match column(description, name) {
             Some(column) if column.is_text => text.into(),
-            None if name != TIME => continue,
-            _ => number_or_text(text),
+            Some(_) => number_or_text(text),
+            None => continue,
         };
         ensure!(
             fields.insert(name.to_owned(), value).is_none(),

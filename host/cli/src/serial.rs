@@ -1,17 +1,17 @@
-//! Serial ports: their settings, opening them, and opening them again after they disappeared.
+//! Serial ports: their settings, opening them, and listing them.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serialport::{Parity, StopBits};
+use framelock_description::text::harmless;
+use serialport::{Parity, SerialPortInfo, SerialPortType, StopBits};
 
 use crate::options::whole;
-use crate::output::note;
-use crate::process::time_of_day;
+use crate::output::{Output, note};
 
 /// The rate without `--baud`. Most firmware uses this rate.
 const DEFAULT_BAUD: u32 = 115_200;
@@ -20,11 +20,11 @@ const DEFAULT_BAUD: u32 = 115_200;
 /// accepts no byte for this long, nobody reads at its other end.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The time between two attempts to find a port that disappeared.
+/// The time between two attempts to find a port that does not exist yet.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// The advice for a port that this user has no permission to open.
-pub(crate) const NO_PERMISSION: &str = "this user has no permission; on most Linux systems \
+const NO_PERMISSION: &str = "this user has no permission; on most Linux systems \
      `sudo usermod -aG dialout $USER` grants it from the next login on (on some, the group is uucp: see ls -l)";
 
 /// The settings of a serial port. There are always 8 data bits.
@@ -113,21 +113,11 @@ impl fmt::Display for PortOptions {
 
 /// An open serial port. Reading it never reports the end of the stream. Reading ends only with an error,
 /// for example when the port is unplugged.
-pub(crate) struct Port {
-    port: Box<dyn serialport::SerialPort>,
-    pub(crate) device: Device,
-}
-
-/// The device of a port, for its settings.
-#[cfg(unix)]
-pub(crate) type Device = std::sync::Arc<std::fs::File>;
-/// The device of a port. On Windows its settings are not needed.
-#[cfg(windows)]
-pub(crate) type Device = ();
+pub(crate) struct Port(Box<dyn serialport::SerialPort>);
 
 impl Read for Port {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self.port.read(buffer) {
+        match self.0.read(buffer) {
             Ok(0) => Err(gone(io::Error::other("end of file"))),
             outcome => outcome.map_err(gone),
         }
@@ -136,7 +126,7 @@ impl Read for Port {
 
 impl Write for Port {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.port.write(bytes).map_err(|error| match error.kind() {
+        self.0.write(bytes).map_err(|error| match error.kind() {
             ErrorKind::TimedOut => io::Error::new(
                 ErrorKind::TimedOut,
                 "the port accepts no more bytes; check that a program or board reads them at the other end",
@@ -147,7 +137,7 @@ impl Write for Port {
 
     /// Waits until the last byte is on the line.
     fn flush(&mut self) -> io::Result<()> {
-        self.port.flush()
+        self.0.flush()
     }
 }
 
@@ -162,66 +152,8 @@ fn gone(error: io::Error) -> io::Error {
     }
 }
 
-/// Returns whether the error means that the port is gone. The port may then come back.
-pub(crate) fn is_gone(error: &io::Error) -> bool {
-    error.kind() == ErrorKind::NotConnected
-}
-
-/// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
-/// is gone. As long as the old port is open, the operating system may give the returning port another name.
-pub(crate) fn reopen(
-    path: &Path,
-    options: &PortOptions,
-    is_stopped: impl Fn() -> bool,
-) -> Option<Port> {
-    while !is_stopped() {
-        std::thread::sleep(LOOK_EVERY);
-        if let Ok(Some(port)) = open_if_port(path, options) {
-            return Some(port);
-        }
-    }
-    None
-}
-
-/// A port for writing that is opened again after it disappeared.
-pub(crate) struct LastingPort<S> {
-    pub(crate) path: PathBuf,
-    pub(crate) options: PortOptions,
-    pub(crate) port: Option<Port>,
-    /// Returns true to stop waiting for the port.
-    pub(crate) is_stopped: S,
-}
-
-impl<S: Fn() -> bool> Write for LastingPort<S> {
-    /// Writes to the port. If the port is gone, waits until it is back. The bytes that were being written when the port
-    /// disappeared are lost, like all bytes on the line. So the rest of a frame is never sent later.
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let port = self.port.as_mut().ok_or(ErrorKind::NotConnected)?;
-        let error = match port.write(bytes) {
-            Err(error) if is_gone(&error) => error,
-            outcome => return outcome,
-        };
-        self.port = None;
-        let path = self.path.display();
-        note(&format!(
-            "{}: {path}: {error}; waiting for it",
-            time_of_day()
-        ));
-        self.port = reopen(&self.path, &self.options, &self.is_stopped);
-        if self.port.is_none() {
-            return Err(error);
-        }
-        note(&format!("{}: {path} is back", time_of_day()));
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.port.as_mut().map_or(Ok(()), Write::flush)
-    }
-}
-
 /// Opens `path` if it is a serial port. With `--wait`, first waits until `path` exists.
-pub(crate) fn open_or_wait(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
+pub(crate) fn open(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     if options.wait && !is_there(path) {
         let name = path.display();
         note(&format!(
@@ -233,27 +165,8 @@ pub(crate) fn open_or_wait(path: &Path, options: &PortOptions) -> Result<Option<
         // A port exists a moment before the system grants permission to open it.
         std::thread::sleep(LOOK_EVERY);
     }
-    open_if_port(path, options)
-}
-
-#[cfg(unix)]
-fn is_there(path: &Path) -> bool {
-    path.exists()
-}
-
-/// Returns whether the port exists. On Windows a name belongs to a port only while the port exists.
-#[cfg(windows)]
-fn is_there(path: &Path) -> bool {
-    let name = path.to_string_lossy();
-    serialport::available_ports().is_ok_and(|ports| {
-        let mut names = ports.iter().map(|port| &port.port_name);
-        names.any(|port| port.eq_ignore_ascii_case(&name))
-    })
-}
-
-/// Opens `path` if it is a serial port.
-pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
-    let Some(device) = device(path)? else {
+    // Keep the device open until the port is open. Otherwise the board would see the port opened twice.
+    let Some(_device) = device(path)? else {
         return Ok(None);
     };
     let name = path.to_string_lossy();
@@ -274,13 +187,28 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
                  and that it supports this rate"
             )
         })?;
-    Ok(Some(Port { port, device }))
+    Ok(Some(Port(port)))
 }
 
-/// Returns the device if `path` is a serial port. On Unix, a serial port is a terminal device that is
-/// not the user's own terminal.
 #[cfg(unix)]
-fn device(path: &Path) -> Result<Option<Device>> {
+fn is_there(path: &Path) -> bool {
+    path.exists()
+}
+
+/// Returns whether the port exists. On Windows a name belongs to a port only while the port exists.
+#[cfg(windows)]
+fn is_there(path: &Path) -> bool {
+    let name = path.to_string_lossy();
+    serialport::available_ports().is_ok_and(|ports| {
+        let mut names = ports.iter().map(|port| &port.port_name);
+        names.any(|port| port.eq_ignore_ascii_case(&name))
+    })
+}
+
+/// Returns the open device if `path` is a serial port. On Unix, a serial port is a terminal device that is not the user's
+/// own terminal.
+#[cfg(unix)]
+fn device(path: &Path) -> Result<Option<impl Sized>> {
     use rustix::fs::{FileType, Mode, OFlags, Stat, open, stat};
     use rustix::termios::{isatty, tcgetsid};
 
@@ -304,15 +232,113 @@ fn device(path: &Path) -> Result<Option<Device>> {
             "{name} is the terminal that you type at, not a serial port; to type bytes, name - instead"
         );
     }
-    Ok(Some(Device::new(device.into())))
+    Ok(Some(device))
 }
 
-/// Returns the device if `path` is a serial port. On Windows, a serial port is `COM` and a number.
+/// Returns something if `path` is a serial port. On Windows, a serial port is `COM` and a number.
 #[cfg(windows)]
-fn device(path: &Path) -> Result<Option<Device>> {
+fn device(path: &Path) -> Result<Option<impl Sized>> {
     let name = path.to_string_lossy().to_ascii_uppercase();
     let number = name.trim_start_matches(r"\\.\").strip_prefix("COM");
-    Ok(number
-        .is_some_and(|number| number.parse::<u16>().is_ok())
-        .then_some(()))
+    Ok(number.and_then(|number| number.parse::<u16>().ok()))
+}
+
+/// Runs `framelock ports`.
+pub(crate) fn list() -> Result<()> {
+    // The library panics on Linux if this folder is missing, as in some containers.
+    let can_list = !cfg!(target_os = "linux") || Path::new("/sys/class/tty").is_dir();
+    let mut ports = if can_list {
+        serialport::available_ports().context("cannot list the serial ports")?
+    } else {
+        Vec::new()
+    };
+    ports.sort_by(|one, other| one.port_name.cmp(&other.port_name));
+    if ports.is_empty() {
+        note(
+            "there is no serial port: check that the board is connected, that its cable carries data, \
+             and that its driver is installed",
+        );
+    }
+    let mut output = Output::standard()?;
+    for port in &ports {
+        writeln!(output, "{}", description(port))?;
+    }
+    if ports.iter().any(|port| is_forbidden(&port.port_name)) {
+        note(&format!("some ports cannot be opened: {NO_PERMISSION}"));
+    }
+    Ok(())
+}
+
+/// Returns the port's name and the kind of its hardware.
+fn description(port: &SerialPortInfo) -> String {
+    let what = match &port.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let names = [&usb.manufacturer, &usb.product].into_iter().flatten();
+            let names: Vec<&str> = names.map(String::as_str).collect();
+            let serial_number = match &usb.serial_number {
+                Some(number) => format!(", serial number {number}"),
+                None => String::new(),
+            };
+            let (vendor, product, names) = (usb.vid, usb.pid, names.join(" "));
+            format!("USB {vendor:04x}:{product:04x}  {names}{serial_number}")
+        }
+        SerialPortType::BluetoothPort => "Bluetooth".into(),
+        SerialPortType::PciPort => "PCI".into(),
+        SerialPortType::Unknown => "built in".into(),
+    };
+    // A device may send any text as its name.
+    harmless(&format!("{:<14}  {what}", port.port_name))
+}
+
+#[cfg(unix)]
+fn is_forbidden(path: &str) -> bool {
+    use rustix::fs::{Access, access};
+    access(path, Access::READ_OK | Access::WRITE_OK) == Err(rustix::io::Errno::ACCESS)
+}
+
+#[cfg(windows)]
+fn is_forbidden(_: &str) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use serialport::UsbPortInfo;
+
+    use super::*;
+
+    #[test]
+    fn a_port_is_shown_with_what_tells_it_from_others() {
+        let usb = UsbPortInfo {
+            vid: 0x0403,
+            pid: 0x6001,
+            serial_number: Some("A50285BI".into()),
+            manufacturer: Some("FTDI".into()),
+            product: Some("FT232R USB UART".into()),
+        };
+        let nameless = UsbPortInfo {
+            serial_number: None,
+            manufacturer: None,
+            product: Some("J-\x1BLink".into()),
+            ..usb.clone()
+        };
+        for (port_type, expected) in [
+            (
+                SerialPortType::UsbPort(usb),
+                "/dev/ttyUSB0    USB 0403:6001  FTDI FT232R USB UART, serial number A50285BI",
+            ),
+            (
+                SerialPortType::UsbPort(nameless),
+                "/dev/ttyUSB0    USB 0403:6001  J-\\x1BLink",
+            ),
+            (SerialPortType::Unknown, "/dev/ttyUSB0    built in"),
+        ] {
+            let port_name = "/dev/ttyUSB0".into();
+            let port = SerialPortInfo {
+                port_name,
+                port_type,
+            };
+            assert_eq!(description(&port), expected);
+        }
+    }
 }

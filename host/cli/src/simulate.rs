@@ -85,7 +85,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         burst_rate: arguments.burst_rate,
         burst_length: arguments.burst_length,
         idle_gap: arguments.idle_gap,
-        ..DEFAULT
     };
     let tally = run_all(&arguments.frame, &parameters)?;
     let mut out = BufWriter::new(Output::standard()?);

@@ -10,11 +10,17 @@ use crate::problem::{Located, Mistake, UnknownName};
 
 const SUMS: &[(&str, Algorithm)] = &[
     ("sum", Algorithm::Sum),
-    ("inverted-sum", Algorithm::InvertedSum),
-    ("negated-sum", Algorithm::NegatedSum),
+    ("carry-sum", Algorithm::CarrySum),
+    ("sum-words", Algorithm::SumWords),
     ("xor", Algorithm::Xor),
+    ("xor-words", Algorithm::XorWords),
     ("fletcher-8", Algorithm::Fletcher),
 ];
+
+/// The keys that replace the names of sums in earlier versions.
+const INVERTED: &str =
+    "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes";
+const NEGATED: &str = "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes";
 
 /// Lists entries of the CRC library's catalogue by their names.
 macro_rules! catalogue {
@@ -74,6 +80,11 @@ fn plain(name: &str) -> String {
 
 /// Returns the algorithm with this name.
 fn named(name: &str) -> Result<Algorithm<'static>, Mistake> {
+    match name {
+        "inverted-sum" => return Err(INVERTED.into()),
+        "negated-sum" => return Err(NEGATED.into()),
+        _ => {}
+    }
     let alias = aliases().find(|(alias, _)| plain(alias) == plain(name));
     let wanted = plain(alias.map_or(name, |(_, name)| name));
     let crcs = CATALOGUE
@@ -96,9 +107,12 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
     let (bytes, encoding) = parsed(&entry.r#type, encoding)?;
     let algorithm = parsed_if_any(entry.name.as_ref(), named)?;
     let (initial, xor, reflected) = (entry.initial, entry.xor, entry.reflected);
-    let has_parameters = initial.or(xor).is_some() || reflected.is_some();
+    let has_parameters = initial.or(xor).is_some();
+    let is_crc = matches!(algorithm, None | Some(Algorithm::Crc(_)));
     let algorithm = match (algorithm, entry.width, entry.polynomial) {
-        (Some(algorithm), None, None) if !has_parameters => algorithm,
+        (Some(algorithm), None, None) if reflected.is_none() && !(is_crc && has_parameters) => {
+            algorithm
+        }
         (None, Some(width), Some(polynomial)) => Algorithm::Crc(Crc {
             initial: initial.unwrap_or(0),
             reflected_in: reflected.unwrap_or(false),
@@ -107,13 +121,16 @@ pub(crate) fn read(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, 
             ..Crc::new(width, polynomial)
         }),
         _ => {
-            let rule =
-                "give a name, or a CRC's width and polynomial; then initial, reflected and xor";
+            let rule = "give a name, or a CRC's width and polynomial, then initial, reflected and xor; a sum by name may \
+                        have initial and xor";
             return Err(Located::new(span, rule));
         }
     };
     Ok(Checksum {
         algorithm,
+        initial: initial.filter(|_| !is_crc).unwrap_or(0),
+        xor_out: xor.filter(|_| !is_crc).unwrap_or(0),
+        over_hex_digits: entry.over.is_some(),
         bytes,
         encoding,
         at: entry.at,
@@ -144,14 +161,21 @@ mod tests {
 
     fn of(name: &str, bytes: &[u8]) -> u32 {
         let algorithm = named(name).unwrap();
-        let sum = algorithm.of(bytes, None);
+        let of = |algorithm| {
+            let checksum = Checksum {
+                algorithm,
+                ..Checksum::at_the_end(4)
+            };
+            checksum.of(bytes, None)
+        };
+        let sum = of(algorithm);
         if let Algorithm::Crc(crc) = algorithm {
             let table = crc.table_of_words();
             let crc = Crc {
                 table: framelock_formats::layout::Table::Words(&table),
                 ..crc
             };
-            assert_eq!(Algorithm::Crc(crc).of(bytes, None), sum, "{name}");
+            assert_eq!(of(Algorithm::Crc(crc)), sum, "{name}");
         }
         sum
     }
@@ -189,9 +213,11 @@ mod tests {
     fn sums_are_what_they_are_called() {
         let bytes = [0x20, 0x40, 0xFF];
         assert_eq!(of("sum", &bytes), 0x15F);
-        assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
-        assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
+        assert_eq!(of("carry-sum", &[0xFF; 5]), 0x4FB);
         assert_eq!(of("xor", &bytes), 0x9F);
+        // The words are 4020 and 00FF.
+        assert_eq!(of("sum-words", &bytes), 0x411F);
+        assert_eq!(of("xor-words", &bytes), 0x40DF);
         // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }

@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use crate::item::Item;
 use crate::messages::Known;
+use crate::packets::Packets;
 use crate::problem::{Located, Mistake};
 use crate::read_field::Values;
 use crate::value::Decimal;
@@ -25,6 +26,9 @@ pub(crate) struct Entries {
     pub(crate) shortest: Option<Spanned<usize>>,
     pub(crate) longest: Option<Spanned<usize>>,
     pub(crate) terminator: Option<Text>,
+    pub(crate) behind: Option<Spanned<usize>>,
+    pub(crate) ends: Option<Spanned<Ends>>,
+    pub(crate) packets: Option<Spanned<Packets>>,
     pub(crate) content: Option<Text>,
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
@@ -33,6 +37,20 @@ pub(crate) struct Entries {
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
     pub(crate) views: Vec<ViewEntry>,
     pub(crate) name: Option<Text>,
+}
+
+/// The end of frames that have neither a length nor a terminator.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Ends {
+    Silence,
+}
+
+/// The form of the bytes that a checksum covers, if the checksum is computed from other bytes.
+#[derive(Clone, Copy, Deserialize)]
+pub(crate) enum Over {
+    #[serde(rename = "hex digits")]
+    HexDigits,
 }
 
 #[derive(Clone, Deserialize)]
@@ -60,6 +78,7 @@ pub(crate) struct ChecksumEntry {
     #[serde(default)]
     pub(crate) from: i16,
     pub(crate) to: Option<i16>,
+    pub(crate) over: Option<Over>,
 }
 
 #[derive(Clone, Deserialize)]
@@ -111,15 +130,16 @@ impl Entries {
     /// Returns whether the entries describe a part of a frame.
     pub(crate) fn has_parts(&self) -> bool {
         let texts = [&self.sync, &self.terminator, &self.content];
-        let has_length = self.length.is_some() || self.length_field.is_some();
+        let is_packed = self.packets.is_some() || self.ends.is_some();
+        let has_length = self.length.is_some() || self.length_field.is_some() || is_packed;
         let has_values = self.checksum.is_some() || !self.fields.is_empty();
         has_length || has_values || texts.into_iter().any(Option::is_some)
     }
 
     /// Adds the entries that the surrounding description has and the kind lacks.
     pub(crate) fn within(self, mut whole: Self) -> Self {
-        if self.length.is_some() || self.length_field.is_some() {
-            (whole.length, whole.length_field) = (None, None);
+        if self.length.is_some() || self.length_field.is_some() || self.ends.is_some() {
+            (whole.length, whole.length_field, whole.ends) = (None, None, None);
         }
         if self.length.is_some() {
             (whole.shortest, whole.longest) = (None, None);
@@ -131,6 +151,9 @@ impl Entries {
             shortest: self.shortest.or(whole.shortest),
             longest: self.longest.or(whole.longest),
             terminator: self.terminator.or(whole.terminator),
+            behind: self.behind.or(whole.behind),
+            ends: self.ends.or(whole.ends),
+            packets: self.packets.or(whole.packets),
             content: self.content.or(whole.content),
             checksum: self.checksum.or(whole.checksum),
             messages: self.messages.or(whole.messages),

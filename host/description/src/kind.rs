@@ -158,10 +158,9 @@ impl Kind {
             parts.push((Part::Checksum, from..from + checksum.encoded_bytes()));
         }
         if is_whole {
-            parts.push((
-                Part::Terminator,
-                length.saturating_sub(layout.terminator.length)..length,
-            ));
+            let end = length.saturating_sub(layout.behind);
+            let start = end.saturating_sub(layout.terminator.length);
+            parts.push((Part::Terminator, start..end));
         }
         parts
     }

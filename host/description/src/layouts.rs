@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use framelock::{Classification, Format, LineEvent};
+use framelock::{Classification, Format, LineEvent, PacketFormat, Stuffing};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::{
     Algorithm, CheckedLayout, Checksum, Contradiction, FixedBits, KnownMessage, Layout, Length,
@@ -32,6 +32,10 @@ pub(crate) struct Parts {
     pub(crate) checksum: Option<Checksum<'static>>,
     /// The terminator, and the terminators of other lengths.
     pub(crate) terminators: [Alternatives; 3],
+    /// The number of bytes after the terminator.
+    pub(crate) behind: usize,
+    /// The stuffing, if the frames are packets.
+    pub(crate) packets: Option<Stuffing>,
     pub(crate) content: Vec<(u8, u8)>,
     pub(crate) trailer: Option<Trailer>,
     /// The table of the checksum's CRC.
@@ -62,6 +66,7 @@ impl Parts {
             }),
             checksum,
             terminator,
+            behind: self.behind,
             content: &self.content,
             other_terminators,
             trailer: self.trailer,
@@ -113,6 +118,12 @@ impl Layouts {
     pub fn all(&self) -> &[CheckedLayout<'_>] {
         self.0.borrow_dependent()
     }
+
+    /// Returns the stuffing if the frames are packets. All layouts have the same stuffing.
+    #[must_use]
+    pub fn packets(&self) -> Option<Stuffing> {
+        self.0.borrow_owner().first()?.packets
+    }
 }
 
 impl Format for Layouts {
@@ -147,6 +158,15 @@ impl Format for Layouts {
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
         AnyOf(self.all()).decode(frame)
+    }
+}
+
+impl PacketFormat for Layouts {
+    /// # Panics
+    /// Panics if the frames are not packets.
+    fn stuffing(&self) -> Stuffing {
+        self.packets()
+            .expect("only packets have a receiver of packets")
     }
 }
 

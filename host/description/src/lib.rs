@@ -54,6 +54,7 @@ mod kind;
 mod layouts;
 mod messages;
 mod number;
+mod packets;
 mod problem;
 mod read;
 mod read_field;
@@ -65,7 +66,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use framelock::{Classification, Format as _, LineEvent};
+use framelock::{Classification, Format as _, LineEvent, Stuffing};
+use framelock_formats::layout::Length;
 use toml::Spanned;
 
 pub use contents::{Content, Contents};
@@ -168,9 +170,15 @@ impl Description {
         let layouts = Layouts::concat(kinds.iter().map(|kind| &kind.layouts));
         let all = layouts.all();
         for (number, layout) in all.iter().enumerate() {
+            let entry = number.checked_sub(kinds.len() - own.len());
+            let span = entry.map_or(0..0, |entry| own[entry].span());
+            let rule = "all kinds must have the same packets, because a line has only one kind of delimiter";
+            reject_if(
+                kinds[number].layouts.packets() != layouts.packets(),
+                span.clone(),
+                rule,
+            )?;
             if let Some(earlier) = all[..number].iter().position(|other| other == layout) {
-                let entry = number.checked_sub(kinds.len() - own.len());
-                let span = entry.map_or(0..0, |entry| own[entry].span());
                 let [kind, earlier] = [number, earlier].map(|number| kinds[number].name.clone());
                 return Err(Located::new(span, Mistake::NeverOccurs { kind, earlier }));
             }
@@ -197,6 +205,35 @@ impl Description {
             classification => classification,
         };
         classification == Classification::Frame(bytes.len())
+    }
+
+    /// Returns the bytes that a sender sends for a frame: the frame itself, or the packet with its delimiters. If frames
+    /// end by themselves, no delimiter follows the packet. Returns `None` if no packet has these bytes.
+    #[must_use]
+    pub fn sent(&self, frame: &[u8]) -> Option<Vec<u8>> {
+        let Some(stuffing) = self.layouts.packets() else {
+            return Some(frame.to_vec());
+        };
+        // An escaped byte takes two bytes, and so does a delimiter of DLE framing.
+        let mut bytes = vec![0; 2 * frame.len() + 4];
+        let (last, before) = stuffing.stuff(frame, &mut bytes)?.split_last()?;
+        let ends_by_itself = self.layouts.all()[self.number(frame)].length != Length::Silence
+            && matches!(stuffing, Stuffing::Escape { .. } | Stuffing::Cobs);
+        let last = (!ends_by_itself).then_some(*last);
+        Some(before.iter().copied().chain(last).collect())
+    }
+
+    /// Returns the line event that ends frames which their own bytes do not end, or `None` if there are no such frames.
+    #[must_use]
+    pub fn ending_event(&self) -> Option<LineEvent> {
+        let mut all = self.layouts.all().iter();
+        match self.layouts.packets() {
+            Some(Stuffing::Break) => Some(LineEvent::Break),
+            Some(_) => None,
+            None => all
+                .any(|layout| layout.length == Length::Silence)
+                .then_some(LineEvent::Idle),
+        }
     }
 
     /// Returns the index of a frame's kind.
@@ -374,7 +411,7 @@ macro_rules! shipped {
 /// The names of the shipped descriptions, and their texts.
 pub const SHIPPED: &[(&str, &str)] = shipped!(
     "bin" "bin-crc8" "sbus" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
-    "six-axes-be"
+    "six-axes-be" "modbus-rtu" "slip" "cobs" "hdlc" "kiss" "dmx512" "dsmr-p1" "vedirect"
 );
 
 /// Returns the text of the shipped description with this name.

@@ -40,10 +40,24 @@ impl Kind {
             messages: messages(all, &fields)?,
             checksum: all.checksum.as_ref().map(checksum::read).transpose()?,
             terminators: terminators.unwrap_or_default(),
+            behind: all.behind.as_ref().map_or(0, |behind| *behind.get_ref()),
+            packets: all
+                .packets
+                .as_ref()
+                .map(|packets| {
+                    let stuffing = packets.get_ref().stuffing();
+                    stuffing.map_err(|mistake| Located::new(packets.span(), mistake))
+                })
+                .transpose()?,
             content: parsed_if_any(all.content.as_ref(), layouts::content)?.unwrap_or_default(),
             trailer,
             table: None,
         };
+        let mut syncs = parts.sync.bytes.chunks(parts.sync.length.max(1));
+        let is_dynamixel = |sync: &[u8]| sync.starts_with(&[0xFF, 0xFF, 0xFD]);
+        let rule = "frames of Dynamixel 2 contain an inserted FD after each FF FF FD: the values after it would be wrong, so \
+                    these frames cannot be described";
+        reject_if(syncs.any(is_dynamixel), span(all.sync.as_ref()), rule)?;
         let algorithm = parts.checksum.map(|checksum| checksum.algorithm);
         if let Some(Algorithm::Crc(crc)) = algorithm
             && (8..=32).contains(&crc.width)
@@ -52,7 +66,8 @@ impl Kind {
         }
         let checksum = parts.checksum.iter().map(|checksum| checksum.at);
         let places = checksum.chain(fields.iter().map(|(field, _)| field.at));
-        let from_end = places.fold(parts.terminators[0].length, bytes_from_end);
+        let end = parts.terminators[0].length.saturating_add(parts.behind);
+        let from_end = places.fold(end, bytes_from_end);
         let header = layouts::header(&parts.layout());
         if is_one_of_many && parts.messages.is_none() {
             parts.messages = distinguishing(&parts.fixed, header);
@@ -223,11 +238,23 @@ fn trailer(entry: &Spanned<TrailerEntry>) -> Result<(Trailer, Field), Located> {
 
 /// Returns the part that determines the length of a frame.
 fn length(all: &Entries) -> Result<Length, Located> {
+    if let Some(ends) = &all.ends {
+        let is_over = all.length.is_some() || all.length_field.is_some() || all.packets.is_some();
+        let rule = "ends = \"silence\" is for frames that nothing else ends: leave it out, or leave length, length_field \
+                    and packets out";
+        reject_if(is_over, ends.span(), rule)?;
+    }
     match (&all.length, &all.length_field) {
         (Some(length), Some(_)) => {
             let rule = "length is for frames of the same length, length_field for frames that contain their length: \
                         leave one out";
             Err(Located::new(length.span(), rule))
+        }
+        // Only the delimiter after such a packet shows that the packet has this length.
+        (Some(_), None)
+            if all.packets.is_some() && all.sync.is_none() && all.checksum.is_none() =>
+        {
+            Ok(Length::Silence)
         }
         (Some(_), None) => Ok(Length::Fixed),
         (None, Some(field)) => {
@@ -239,9 +266,11 @@ fn length(all: &Entries) -> Result<Length, Located> {
                 plus: field.plus,
             }))
         }
+        (None, None) if all.ends.is_some() => Ok(Length::Silence),
         (None, None) if all.terminator.is_some() => Ok(Length::Delimiter),
+        (None, None) if all.packets.is_some() => Ok(Length::Silence),
         (None, None) => {
-            let rule = "nothing ends a frame: give length, length_field or terminator";
+            let rule = "nothing ends a frame: give length, length_field, terminator, packets, or ends = \"silence\"";
             Err(Located::new(0..0, rule))
         }
     }
@@ -267,7 +296,7 @@ fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize),
         Mistake::OutOfRange { what, most },
     )?;
     let least = match length {
-        Length::Fixed => *longest.get_ref(),
+        _ if all.length.is_some() => *longest.get_ref(),
         Length::Field(field) => parts.max(usize::try_from(field.plus).unwrap_or(0)),
         _ => parts,
     };
@@ -334,6 +363,7 @@ fn span_of(part: layout::Part, all: &Entries, owners: &[Range<usize>]) -> Range<
             let list = fields.find_map(|it| it.value.as_ref().filter(|it| it.get_ref().is_list()));
             list.map_or_else(|| span(all.messages.as_ref()), Spanned::span)
         }
+        layout::Part::Behind => span(all.behind.as_ref()),
         layout::Part::Checksum => span(all.checksum.as_ref()),
         layout::Part::Content => span(all.content.as_ref()),
         layout::Part::Trailer => span(all.trailer.as_ref()),

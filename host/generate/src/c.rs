@@ -31,12 +31,13 @@ pub(crate) fn smallest_type(most: u64) -> &'static str {
 }
 
 /// Returns the template values that concern all kinds together.
-pub(crate) fn program(layouts: &[CheckedLayout], longest: usize) -> Value {
+pub(crate) fn program(layouts: &[CheckedLayout], longest: usize, are_packets: bool) -> Value {
     let is_window = match layouts {
-        [only] => only.length == Length::Fixed && longest <= LONGEST_WINDOW,
+        [only] => only.length == Length::Fixed && longest <= LONGEST_WINDOW && !are_packets,
         _ => false,
     };
-    let most = if is_window { longest } else { 3 * longest };
+    let is_moved = !is_window && !are_packets;
+    let most = if is_moved { 3 * longest } else { longest };
     let index = smallest_type(most as u64);
     let greatest = match index {
         "uint8_t" => 0xFF,

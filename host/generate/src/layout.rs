@@ -1,5 +1,6 @@
 //! A kind's layout as plain data, from which the templates make code.
 
+use framelock::{Codes, Stuffing};
 use framelock_formats::layout::{
     Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, LengthField, Messages, Number,
     Patterns,
@@ -23,11 +24,14 @@ pub(crate) fn value(layout: &CheckedLayout) -> Value {
         header,
         shortest => layout.shortest,
         longest => layout.longest,
+        most_bytes => layout.most_bytes(),
         is_fixed => layout.length == Length::Fixed,
         is_delimited => layout.length == Length::Delimiter,
+        is_silent => layout.length == Length::Silence,
         field,
         sync => patterns(&layout.sync),
         terminator => patterns(&layout.terminator),
+        behind => layout.behind,
         other_terminators => layout.other_terminators.each_ref().map(patterns),
         terminators => layout.terminators().collect::<Vec<_>>(),
         fixed => fixed.collect::<Vec<_>>(),
@@ -35,6 +39,35 @@ pub(crate) fn value(layout: &CheckedLayout) -> Value {
         messages => layout.messages.as_ref().map(messages),
         checksum => layout.checksum.as_ref().map(checksum),
         trailer => layout.trailer.as_ref().map(|it| trailer(it, layout)),
+    }
+}
+
+/// Returns the template values for the stuffing of packets.
+pub(crate) fn packets(stuffing: Stuffing) -> Value {
+    match stuffing {
+        Stuffing::Escape {
+            delimiter,
+            escape,
+            codes: Codes::Xor(xor),
+        } => {
+            context! { kind => "escape", delimiter, escape, xor }
+        }
+        Stuffing::Escape {
+            delimiter,
+            escape,
+            codes:
+                Codes::Pair {
+                    delimiter: delimiter_code,
+                    escape: escape_code,
+                },
+        } => {
+            context! { kind => "escape", delimiter, escape, xor => (), delimiter_code, escape_code }
+        }
+        Stuffing::Cobs => context! { kind => "cobs", delimiter => 0 },
+        Stuffing::Doubled { escape, start, end } => {
+            context! { kind => "doubled", escape, start, end }
+        }
+        Stuffing::Break => context! { kind => "break" },
     }
 }
 
@@ -94,9 +127,17 @@ fn checksum(checksum: &Checksum) -> Value {
         Algorithm::Crc(parameters) => ("Crc".to_owned(), Some(crc(parameters))),
         other => (format!("{other:?}"), None),
     };
+    // A sum with all bits inverted, and a negated sum.
+    let all = u32::MAX >> (32 - 8 * checksum.bytes);
+    let is_complement = algorithm == "Sum" && checksum.xor_out == all;
     context! {
         algorithm,
         crc,
+        initial => checksum.initial & all,
+        xor_out => checksum.xor_out & all,
+        over_hex_digits => checksum.over_hex_digits,
+        is_inverted => is_complement && checksum.initial == 0,
+        is_negated => is_complement && checksum.initial == all,
         bytes => checksum.bytes,
         encoding => format!("{:?}", checksum.encoding),
         order => if checksum.encoding == Encoding::Big { "be" } else { "le" },

@@ -43,8 +43,9 @@ pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) 
     for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
         kind.in_c = c::value(layout, table);
     }
-    let program =
-        context! { ..Value::from_serialize(&program), ..c::program(&layouts, program.longest) };
+    let are_packets = description.format().packets().is_some();
+    let in_c = c::program(&layouts, program.longest, are_packets);
+    let program = context! { ..Value::from_serialize(&program), ..in_c };
     render::source(&program, render::HEADER)
 }
 
@@ -58,6 +59,8 @@ struct Program {
     version: &'static str,
     /// The number of bytes in the longest frame.
     longest: usize,
+    /// The stuffing, if the frames are packets.
+    packets: Value,
     has_kinds: bool,
     kinds: Vec<KindItem>,
 }
@@ -158,6 +161,10 @@ impl Program {
             command: one_line(command),
             version: env!("CARGO_PKG_VERSION"),
             longest: description.format().longest(),
+            packets: description
+                .format()
+                .packets()
+                .map_or(().into(), layout::packets),
             has_kinds,
             kinds: kinds.collect(),
         }

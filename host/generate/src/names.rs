@@ -21,7 +21,8 @@ pub(crate) const RUST: Language = Language {
         "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super",
         "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
     ],
-    own: &["AnyOf", "CheckedLayout", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification", "LineEvent"],
+    own: &["AnyOf", "CheckedLayout", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Classification", "LineEvent",
+        "PacketFormat", "Stuffing"],
     kind: camel,
     message: "Message",
 };

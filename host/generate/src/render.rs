@@ -24,14 +24,18 @@ pub(crate) const MODULE: Template = (
     include_str!("../templates/helpers.rs"),
 );
 
-/// The parts of a header that are the same for all descriptions, in plain C. In these files, names begin with `any_` or
-/// `ANY_`. The proofs in `c/proofs` include the files.
-const ENGINE: [(&str, &str); 5] = [
+/// The parts of a header that do not depend on the layouts. In these files, names begin with `any_` or `ANY_`. All parts
+/// except the receiver of packets are plain C, and the proofs in `c/proofs` include them.
+const ENGINE: [(&str, &str); 6] = [
     ("counters.h", include_str!("../templates/engine/counters.h")),
     ("receiver.h", include_str!("../templates/engine/receiver.h")),
     ("counting.h", include_str!("../templates/engine/counting.h")),
     ("buffered.h", include_str!("../templates/engine/buffered.h")),
     ("window.h", include_str!("../templates/engine/window.h")),
+    (
+        "packets.h",
+        include_str!("../templates/engine/packets.h.j2"),
+    ),
 ];
 
 /// Converts a part of a header to a template, which inserts the header's names.

@@ -5,7 +5,8 @@ use std::fmt;
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, Receiver,
+    BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, PacketReceiver,
+    Receiver,
 };
 use framelock_description::Layouts;
 use thiserror::Error;
@@ -57,6 +58,8 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<Layouts, Vec<u8>>>),
+    /// The receiver of the packets of a description.
+    Packets(Line<PacketReceiver<Layouts, Vec<u8>>>),
 }
 
 /// Evaluates an expression with the line inside any variant.
@@ -67,6 +70,7 @@ macro_rules! for_any {
             AnyLine::Bin($line) => $does,
             AnyLine::BinCrc8($line) => $does,
             AnyLine::Described($line) => $does,
+            AnyLine::Packets($line) => $does,
         }
     };
 }
@@ -86,21 +90,27 @@ impl AnyLine {
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
                 let buffer = vec![0; 2 * format.longest()];
-                let receiver = BufferedReceiver::with_buffer(format.clone(), buffer);
-                let receiver = receiver.ok_or_else(|| LineError::NoBytes(protocol.name.clone()))?;
-                Ok(Self::Described(Line::new(receiver)))
+                let line = if format.packets().is_some() {
+                    let receiver = PacketReceiver::with_buffer(format.clone(), buffer);
+                    receiver.map(|receiver| Self::Packets(Line::new(receiver)))
+                } else {
+                    let receiver = BufferedReceiver::with_buffer(format.clone(), buffer);
+                    receiver.map(|receiver| Self::Described(Line::new(receiver)))
+                };
+                line.ok_or_else(|| LineError::NoBytes(protocol.name.clone()))
             }
         }
     }
 
     /// Takes bytes. Calls `found` with the outcome of each byte that is no longer pending, in the order of the stream.
-    /// The message of a frame is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
+    /// The message of a frame is the frame's bytes, without the delimiters and the stuffing of a packet. The reserved byte of a frame of setpoints is reported as 0.
     pub fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
             Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.feed(bytes, frame_alone(found)),
+            Self::Packets(line) => line.feed(bytes, frame_alone(found)),
         }
     }
 
@@ -111,6 +121,7 @@ impl AnyLine {
             Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.line_event(event, frame_alone(found)),
+            Self::Packets(line) => line.line_event(event, frame_alone(found)),
         }
     }
 

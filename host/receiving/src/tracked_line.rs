@@ -9,8 +9,10 @@ use crate::any_line::AnyLine;
 pub struct Piece {
     /// The offset of the first byte in the stream.
     pub from: usize,
-    /// The bytes, at least one.
+    /// The bytes, at least one, as they arrived.
     pub bytes: Vec<u8>,
+    /// The bytes of the frame, without the delimiters and the stuffing of a packet. Empty if the bytes were discarded.
+    pub frame: Vec<u8>,
     /// The reason why the bytes were discarded, or `None` if they are a frame.
     pub discarded: Option<DiscardReason>,
 }
@@ -52,13 +54,15 @@ impl TrackedLine {
         let mut pieces = Vec::new();
         step(&mut self.line, &mut |found| {
             let count = found.bytes().min(self.pending.len());
+            let discarded = match found {
+                Found::Frame { .. } => None,
+                Found::Discarded { why, .. } => Some(why),
+            };
             pieces.push(Piece {
                 from: self.decided,
                 bytes: self.pending.drain(..count).collect(),
-                discarded: match found {
-                    Found::Frame { .. } => None,
-                    Found::Discarded { why, .. } => Some(why),
-                },
+                frame: found.message().unwrap_or_default().to_vec(),
+                discarded,
             });
             self.decided += count;
         });

@@ -28,8 +28,7 @@
 //! # }
 //! ```
 //!
-//! [`run_all`] runs all trials, and [`run`] runs one. To watch a trial byte by byte, step through a [`Trial`]. With
-//! the feature `clap`, motions and axes can be values of command-line options.
+//! [`run_all`] runs all trials, and [`run`] runs one. With the feature `clap`, motions and axes can be values of command-line options.
 
 #![forbid(unsafe_code)]
 #![allow(
@@ -48,8 +47,8 @@ mod uart;
 pub use framelock_oracles::Seed;
 pub use framelock_receiving::{Policy, Protocol};
 pub use frames::{Payload, Transmission, examples, transmissions};
-pub use line::{check_rate, time_on_line};
-pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
+pub use line::check_rate;
+pub use motion::{Axis, LEVEL, Motion, Shape, between};
 pub use parameters::Parameters;
-pub use station::{Fate, Outcome, ReceiverTally, Station, StationKind};
-pub use trial::{Event, LineTally, Origin, Tally, Trial, run, run_all};
+pub use station::{ReceiverTally, StationKind};
+pub use trial::{LineTally, Origin, Tally, Trial, run, run_all};

@@ -4,8 +4,6 @@
 //! The [`Uart`] at the other end turns these levels into bytes. The next disturbance is drawn in
 //! advance, so that a line without noise costs little time.
 
-use std::time::Duration;
-
 use anyhow::{Result, ensure};
 use framelock_oracles::{Occurrences, Purpose, Seed, whole};
 use rand::Rng;
@@ -150,12 +148,6 @@ impl Noise {
     }
 }
 
-/// Returns the time that this number of bytes takes at this baud rate, without pauses.
-#[must_use]
-pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
-    Duration::from_secs(bytes as u64 * BITS_PER_BYTE) / baud
-}
-
 /// Checks that `rate` frames of `bytes` bytes per second fit on a line with this baud rate. The error states the highest
 /// rate that fits, rounded down to a multiple of 1 / `steps`.
 ///
@@ -245,6 +237,5 @@ mod tests {
         }
         let complaint = check_rate(68.0, 10, 6_725, 10.0).map_err(|error| error.to_string());
         assert!(complaint.is_err_and(|it| it.ends_with("lower --rate to 67.2 at most")));
-        assert_eq!(time_on_line(7, 7_000), Duration::from_millis(10));
     }
 }

@@ -18,56 +18,40 @@ pub const LEVEL: Setpoint = Setpoint {
 /// Smooth motion of pitch, roll and yaw from one random point to the next, as a motion PC sends it.
 /// Time is counted in slots of one frame each. Callers must ask for every slot, in order.
 #[derive(Debug)]
-pub struct SmoothMotion {
+pub(crate) struct SmoothMotion {
     random: ChaCha8Rng,
     from: Setpoint,
     to: Setpoint,
-    begin: u64,
-    length: u64,
+    /// The slot at which the current leg ends.
+    end: u64,
     slots_per_leg: u64,
 }
 
 impl SmoothMotion {
     /// Starts with level axes. From each point to the next, the motion takes `slots_per_leg` slots.
-    #[must_use]
-    pub fn new(seed: Seed, slots_per_leg: u64) -> Self {
+    pub(crate) fn new(seed: Seed, slots_per_leg: u64) -> Self {
         Self {
             random: seed.random(Purpose::Sender),
             from: LEVEL,
             to: LEVEL,
-            begin: 0,
-            length: 0,
+            end: 0,
             slots_per_leg,
         }
     }
 
-    /// Returns the setpoint in this slot. At the end of a leg, begins the next leg.
-    pub fn setpoint(&mut self, slot: u64) -> Setpoint {
-        if slot >= self.begin + self.length {
-            let to = [(); 3]
-                .map(|()| self.random.random_range(0x28..=0xD8))
-                .into();
-            self.go(slot, to, self.slots_per_leg);
-        }
-        self.here(slot)
-    }
-
-    /// Begins a leg to the setpoint `to`. The leg takes `slots` slots, and starts and ends at rest.
-    pub fn go(&mut self, slot: u64, to: Setpoint, slots: u64) {
-        self.from = self.here(slot);
-        self.to = to;
-        self.begin = slot;
-        self.length = slots;
-    }
-
-    /// Returns the position on the current leg in this slot. The position is the same on every
-    /// computer, because the elapsed part of the leg is a multiple of 1/1024, and only the result is
-    /// rounded.
-    #[must_use]
+    /// Returns the setpoint in this slot. At the end of a leg, begins the next leg, which starts and ends at rest. The
+    /// position is the same on every computer, because the elapsed part of the leg is a multiple of 1/1024, and only
+    /// the result is rounded.
     #[expect(clippy::cast_precision_loss, reason = "at most 1024")]
-    pub fn here(&self, slot: u64) -> Setpoint {
-        let elapsed = (slot - self.begin).min(self.length);
-        let part = (elapsed * 1024).checked_div(self.length).unwrap_or(1024) as f64 / 1024.0;
+    pub(crate) fn setpoint(&mut self, slot: u64) -> Setpoint {
+        if slot >= self.end {
+            self.from = self.to;
+            let to = [(); 3].map(|()| self.random.random_range(0x28..=0xD8));
+            self.to = to.into();
+            self.end = slot + self.slots_per_leg;
+        }
+        let elapsed = slot + self.slots_per_leg - self.end;
+        let part = (elapsed * 1024 / self.slots_per_leg) as f64 / 1024.0;
         // This curve has slope 0 at both ends.
         between(self.from, self.to, part * part * (3.0 - 2.0 * part))
     }
@@ -77,7 +61,7 @@ impl SmoothMotion {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Shape {
-    /// A sine whose frequency rises steadily from --from to --to and falls back, once per period
+    /// A sine whose frequency rises steadily from 0.1 to 2 Hz and falls back, in 20 seconds
     SineSweep,
     /// Up for half a period, down for the other half
     Step,
@@ -86,9 +70,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Returns the default period in seconds.
-    #[must_use]
-    pub const fn usual_period(self) -> f64 {
+    /// Returns the period in seconds.
+    const fn period(self) -> f64 {
         match self {
             Self::SineSweep => 20.0,
             Self::Step | Self::FigureOfEight => 4.0,
@@ -115,10 +98,6 @@ pub struct Motion {
     pub shape: Shape,
     /// The distance from the middle position to either end, in units of the setpoint: at most 127.
     pub amplitude: u8,
-    /// The period in seconds.
-    pub period: f64,
-    /// The sweep's lowest and highest frequency, in hertz.
-    pub frequencies: [f64; 2],
     /// The axes that move. The other axes stay in the middle position.
     pub axes: Vec<Axis>,
 }
@@ -128,9 +107,9 @@ impl Motion {
     #[must_use]
     pub fn at(&self, time: Duration) -> Setpoint {
         let time = time.as_secs_f64();
-        let part = (time / self.period).fract();
+        let part = (time / self.shape.period()).fract();
         let [pitch, roll, yaw] = match self.shape {
-            Shape::SineSweep => [self.sweep(time); 3],
+            Shape::SineSweep => [sweep(part); 3],
             Shape::Step => [if part < 0.5 { 1.0 } else { -1.0 }; 3],
             Shape::FigureOfEight => [(2.0 * TAU * part).sin(), (TAU * part).sin(), 0.0],
         };
@@ -149,22 +128,20 @@ impl Motion {
             yaw: place(Axis::Yaw, yaw),
         }
     }
+}
 
-    /// Returns the sine's value. Its phase is the integral of the frequency, so that the sine has
-    /// no jumps.
-    fn sweep(&self, time: f64) -> f64 {
-        let [from, to] = self.frequencies;
-        let rise = |time: f64| from * time + (to - from) * time * time / self.period;
-        let whole = 2.0 * rise(self.period / 2.0);
-        let periods = (time / self.period).floor();
-        let into = time - periods * self.period;
-        let turns = if into < self.period / 2.0 {
-            rise(into)
-        } else {
-            whole - rise(self.period - into)
-        };
-        (TAU * (periods * whole + turns).fract()).sin()
-    }
+/// Returns the sweep's sine at this part of its period. The phase is the integral of the frequency, so that the sine has
+/// no jumps: 10.5 turns up and 10.5 turns down.
+fn sweep(part: f64) -> f64 {
+    // The sweep takes 10 seconds from 0.1 to 2 Hz, and as long back.
+    let rise = |time: f64| 0.1 * time + 1.9 * time * time / 20.0;
+    let time = part * Shape::SineSweep.period();
+    let turns = if time < 10.0 {
+        rise(time)
+    } else {
+        21.0 - rise(20.0 - time)
+    };
+    (TAU * turns.fract()).sin()
 }
 
 /// Returns the setpoint at a fraction, 0 to 1, of the straight line from one setpoint to another.
@@ -198,8 +175,6 @@ mod tests {
         Motion {
             shape: Shape::FigureOfEight,
             amplitude: 100,
-            period: 4.0,
-            frequencies: [0.5, 2.0],
             axes: vec![Axis::Pitch, Axis::Roll, Axis::Yaw],
         }
     }
@@ -225,7 +200,6 @@ mod tests {
             shape: Shape::Step,
             amplitude: 127,
             axes: vec![Axis::Roll],
-            ..eight()
         };
         for (seconds, roll) in [(0.0, 255), (1.99, 255), (2.0, 1), (3.99, 1), (4.0, 255)] {
             assert_eq!(at(&step, seconds), [128, roll, 128], "{seconds}");
@@ -238,7 +212,6 @@ mod tests {
     fn the_sweep_goes_up_and_down_in_frequency_without_jumps() {
         let sweep = Motion {
             shape: Shape::SineSweep,
-            period: 40.0,
             ..eight()
         };
         let pitch = |millisecond: u32| at(&sweep, f64::from(millisecond) / 1000.0)[0];
@@ -247,24 +220,14 @@ mod tests {
                 .filter(|&now| pitch(now) >= 128 && pitch(now + 1) < 128)
                 .count()
         };
-        // The frequency rises from 0.5 to 2 Hz in 25 turns, and falls back in 25 turns. The first
-        // 10 s have 8.75 turns.
-        assert_eq!(turns_between(0, 40), 50);
-        assert_eq!(turns_between(0, 10), 9);
-        assert_eq!(turns_between(10, 20), 16);
-        assert_eq!(turns_between(40, 80), 50);
-        // A period of this sweep is not a whole number of turns.
-        let odd = Motion {
-            period: 7.3,
-            ..sweep.clone()
-        };
-        for motion in [sweep, odd] {
-            for millisecond in 0..80_000 {
-                let [now, next] = [millisecond, millisecond + 1]
-                    .map(|millisecond| at(&motion, f64::from(millisecond) / 1000.0)[0]);
-                // 100 units at 2 Hz: at most 1.26 units per millisecond.
-                assert!(now.abs_diff(next) <= 2, "{millisecond}: {now} to {next}");
-            }
+        assert_eq!(turns_between(0, 20), 21);
+        assert_eq!(turns_between(0, 5), 3);
+        assert_eq!(turns_between(5, 9), 6);
+        assert_eq!(turns_between(20, 40), 21);
+        for millisecond in 0..40_000 {
+            let [now, next] = [millisecond, millisecond + 1].map(pitch);
+            // 100 units at 2 Hz: at most 1.26 units per millisecond.
+            assert!(now.abs_diff(next) <= 2, "{millisecond}: {now} to {next}");
         }
     }
 

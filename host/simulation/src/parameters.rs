@@ -1,7 +1,5 @@
 //! The parameters of a simulation. Together, they determine the simulation's results completely.
 
-use framelock::motion::FailsafeParameters;
-
 use crate::frames::Payload;
 
 /// All parameters of a simulation. Times, rates and lengths are in the units that users think in. Shares are from 0 to
@@ -22,8 +20,6 @@ pub struct Parameters {
     pub rate: f64,
     /// The share of bytes that are lost without a report.
     pub lose: f64,
-    /// The share of bytes of which one bit is inverted after the UART, without a report.
-    pub flip: f64,
     /// The share of bits that are inverted.
     pub bit_flip: f64,
     /// How much faster the sender's clock is than the receiver's, in per cent; from -50 to 50.
@@ -34,13 +30,10 @@ pub struct Parameters {
     pub burst_length: f64,
     /// The silence in byte times after which receivers with an idle-gap rule drop the current frame.
     pub idle_gap: u32,
-    /// The parameters of each station's failsafe, whose clock counts microseconds. The station polls the failsafe every
-    /// 2 ms and at each commit.
-    pub failsafe: FailsafeParameters<u8, 3>,
 }
 
 impl Parameters {
-    /// A line without faults, and the usual parameters of the failsafe.
+    /// A line without faults.
     pub const DEFAULT: Self = Self {
         seed: 1,
         trials: 32,
@@ -49,12 +42,10 @@ impl Parameters {
         baud: 115_200,
         rate: 50.0,
         lose: 0.0,
-        flip: 0.0,
         bit_flip: 0.0,
         baud_error: 0.0,
         burst_rate: 0.0,
         burst_length: 5.0,
         idle_gap: 20,
-        failsafe: FailsafeParameters::for_clock(1_000_000, 2_000, [0x80; 3]),
     };
 }

@@ -3,11 +3,16 @@
 
 use anyhow::{Error, Result};
 use framelock::LineEvent;
-use framelock::motion::{Failsafe, Output, Phase, Setpoint};
+use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::parameters::Parameters;
 use crate::uart::{BIT, BITS_PER_BYTE};
+
+/// The usual parameters of a failsafe, whose clock counts microseconds. The station polls the failsafe every 2 ms and at
+/// each commit.
+const FAILSAFE: FailsafeParameters<u8, 3> =
+    FailsafeParameters::for_clock(1_000_000, 2_000, [0x80; 3]);
 
 /// A kind of station: the policy of its receiver, and whether it has an idle-gap rule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -43,30 +48,6 @@ pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
     u64::try_from(microseconds).unwrap_or(u64::MAX)
 }
 
-/// The effect of one byte on a station.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Outcome {
-    /// The receiver delivered nothing. It now holds this many bytes of a possible frame.
-    Pending(usize),
-    /// The receiver delivered the setpoint of the frame that the byte ends.
-    Delivered,
-    /// The receiver delivered something else.
-    Wrong,
-}
-
-/// The outcome of a sent frame at a station.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fate {
-    /// The receiver delivered the frame's setpoint with the frame's last byte.
-    Delivered,
-    /// The line lost or changed part of the frame, and the receiver delivered nothing.
-    Broken,
-    /// The frame arrived intact, but the receiver did not deliver it.
-    Missed,
-    /// The receiver delivered something else while the frame was arriving.
-    Wrong,
-}
-
 /// Counts of what happened at one receiver and at the failsafe that follows it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ReceiverTally {
@@ -92,11 +73,9 @@ pub struct ReceiverTally {
 }
 
 /// A receiver and its failsafe.
-pub struct Station {
+pub(crate) struct Station {
     protocol: Protocol,
     receiver: AnyLine,
-    /// Whether the receiver has delivered something wrong since the last frame.
-    is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
     /// Whether the output followed the setpoints at the last poll.
     is_following: bool,
@@ -126,8 +105,7 @@ impl Station {
         Ok(Self {
             protocol: protocol.clone(),
             receiver: receiver.map_err(Error::msg)?,
-            is_wrong: false,
-            failsafe: Failsafe::new(parameters.failsafe, 0)?,
+            failsafe: Failsafe::new(FAILSAFE, 0)?,
             is_following: false,
             baud: parameters.baud,
             idle_limit: if kind.has_idle_gap { limit } else { u64::MAX },
@@ -144,12 +122,7 @@ impl Station {
 
     /// Processes a byte. If the byte completes a frame, and every byte of that frame arrived, `ended` is the frame's
     /// number and setpoint.
-    pub(crate) fn push(
-        &mut self,
-        at: u64,
-        byte: u8,
-        ended: Option<(u64, Option<Setpoint>)>,
-    ) -> Outcome {
+    pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<(u64, Option<Setpoint>)>) {
         // The receiver learns of a gap only when the next byte arrives.
         if at > self.idle_from {
             self.line_event(LineEvent::Idle);
@@ -162,7 +135,7 @@ impl Station {
                 .and_then(|frame| self.protocol.setpoint(frame));
         });
         let Some(setpoint) = committed else {
-            return Outcome::Pending(self.pending());
+            return;
         };
         self.poll(at);
         self.tally.longest_silence = self.longest_silence(at);
@@ -171,26 +144,15 @@ impl Station {
         self.poll(at);
         // The receiver delivers a frame with its last byte, because all frames have the same length.
         match ended {
-            Some((number, sent)) if sent == Some(setpoint) => {
-                self.delivered = Some(number);
-                return Outcome::Delivered;
-            }
+            Some((number, sent)) if sent == Some(setpoint) => self.delivered = Some(number),
             Some(_) => self.tally.wrong_setpoints += 1,
             None => self.tally.false_frames += 1,
         }
-        self.is_wrong = true;
-        Outcome::Wrong
     }
 
     /// Reports a line event to the receiver.
     pub(crate) fn line_event(&mut self, event: LineEvent) {
         self.receiver.line_event(event, |_| ());
-    }
-
-    /// Returns the number of bytes of a possible frame that the receiver holds.
-    #[must_use]
-    pub fn pending(&self) -> usize {
-        self.receiver.pending()
     }
 
     /// Returns the failsafe's time, a counter that wraps.
@@ -207,31 +169,19 @@ impl Station {
         self.is_following = is_following;
     }
 
-    /// Returns the output at this time.
-    pub(crate) fn output(&self, at: u64) -> Output<u8, 3> {
-        // Poll a copy of the failsafe, so that this function does not change the station.
-        { self.failsafe }.poll(self.ticks(at))
-    }
-
     fn longest_silence(&self, at: u64) -> u64 {
         let silence = microseconds(at - self.committed, self.baud);
         self.tally.longest_silence.max(silence)
     }
 
-    /// Records and returns the outcome of a frame. Call this when no more bytes of the frame can come. Call it for
+    /// Records the outcome of a frame. Call this when no more bytes of the frame can come. Call it for
     /// frames in the order in which they were sent, and for each frame before the next frame ends.
-    pub(crate) fn settle(&mut self, number: u64, is_intact: bool) -> Fate {
+    pub(crate) fn settle(&mut self, number: u64, is_intact: bool) {
         let is_delivered = self.delivered == Some(number);
         let is_missed = is_intact && !is_delivered;
         self.tally.delivered += u64::from(is_delivered);
         self.tally.lost_intact += u64::from(is_missed);
         self.is_deaf = is_missed || self.is_deaf && !is_delivered;
-        match std::mem::take(&mut self.is_wrong) {
-            true => Fate::Wrong,
-            false if is_delivered => Fate::Delivered,
-            false if is_missed => Fate::Missed,
-            false => Fate::Broken,
-        }
     }
 
     /// Returns the counts up to the time `at`.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use anyhow::{Result, ensure};
 use framelock::LineEvent;
-use framelock::motion::{Output, Setpoint};
+use framelock::motion::Setpoint;
 use framelock_oracles::{ByteFaults, FaultRates, Purpose, Seed, whole};
 use framelock_receiving::Protocol;
 use rand::Rng;
@@ -12,7 +12,7 @@ use rand::Rng;
 use crate::frames::{Transmission, transmissions};
 use crate::line::{NoisyLine, check_rate};
 use crate::parameters::Parameters;
-use crate::station::{Fate, Outcome, ReceiverTally, Station, StationKind};
+use crate::station::{ReceiverTally, Station, StationKind};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
 /// How often per second the failsafes are polled: as often as the firmware's main loop runs.
@@ -25,28 +25,6 @@ pub struct Origin {
     pub frame: u64,
     /// The byte's index in the frame, from 0.
     pub place: usize,
-}
-
-/// An event of a trial.
-#[derive(Clone, Debug)]
-pub enum Event {
-    /// The UART received a byte.
-    Byte {
-        /// The byte's position and its value when it was sent; `None` if it is not a byte of a
-        /// frame.
-        sent: Option<(Origin, u8)>,
-        /// The byte that the stations received; `None` if the byte was lost.
-        received: Option<u8>,
-        /// The byte's effect on each station; empty if the byte was lost.
-        outcomes: Vec<Outcome>,
-    },
-    /// No more bytes of a frame can come.
-    Frame {
-        /// The frame's number.
-        number: u64,
-        /// The frame's outcome at each station.
-        fates: Vec<Fate>,
-    },
 }
 
 /// Counts of events on the line.
@@ -148,13 +126,8 @@ struct Received {
     is_good: bool,
 }
 
-/// A trial that can be stopped at any bit. Time is counted in the sender's bits. The results do not
-/// depend on where the trial was stopped.
+/// One trial. Time is counted in the sender's bits.
 pub struct Trial {
-    /// The events so far, if the trial is watched. The watcher takes them and leaves an empty list.
-    pub events: Option<Vec<Event>>,
-    /// True if bytes suffer faults after the UART.
-    pub is_faulty: bool,
     /// The position of a byte that will be lost on arrival.
     pub lost: Option<Origin>,
     protocol: Protocol,
@@ -196,15 +169,13 @@ impl Trial {
         };
         let rates = FaultRates {
             drop: parameters.lose,
-            flip: parameters.flip,
+            flip: 0.0,
         };
         let phase = seed.random(Purpose::Once).random_range(0..TICK);
         let stations = stations
             .iter()
             .map(|&kind| Station::new(protocol, parameters, kind));
         Ok(Self {
-            events: None,
-            is_faulty: true,
             lost: None,
             protocol: protocol.clone(),
             parameters: *parameters,
@@ -235,16 +206,8 @@ impl Trial {
         self.advance_to(self.line.sent + 3 * BITS_PER_BYTE);
     }
 
-    /// Returns the stations at the end of the line, each with its current output.
-    pub fn stations(&self) -> impl Iterator<Item = (&Station, Output<u8, 3>)> {
-        let now = self.line.now();
-        self.stations
-            .iter()
-            .map(move |each| (each, each.output(now)))
-    }
-
     /// Begins to send a frame as soon as the previous one has been sent. Frame numbers must ascend.
-    pub fn send(&mut self, number: u64, transmission: Transmission) {
+    fn send(&mut self, number: u64, transmission: Transmission) {
         self.send_rest();
         self.frames.push_back(SentFrame {
             number,
@@ -269,7 +232,7 @@ impl Trial {
 
     /// Advances to this bit. Sends the bytes of the current frame that end at or before this bit, and keeps the line
     /// idle when there is nothing to send.
-    pub fn advance_to(&mut self, bit: u64) {
+    fn advance_to(&mut self, bit: u64) {
         loop {
             let now = self.line.sent;
             if self.next_poll <= now {
@@ -287,12 +250,6 @@ impl Trial {
                 _ => return,
             }
             self.hear();
-        }
-    }
-
-    fn see(&mut self, event: Event) {
-        if let Some(events) = &mut self.events {
-            events.push(event);
         }
     }
 
@@ -320,23 +277,16 @@ impl Trial {
         let sent = frames.find_map(|frame| frame.byte_at(bit));
         let received = match sent {
             Some((origin, _)) if self.lost == Some(origin) => None,
-            _ if self.is_faulty => self.faults.carry(byte),
-            _ => Some(byte),
+            _ => self.faults.carry(byte),
         };
-        let mut outcomes = Vec::new();
         if let Some(byte) = received {
             self.tally.bytes_delivered += 1;
             let ended = self.arrive(byte, sent);
             let stations = self.stations.iter_mut();
-            outcomes.extend(stations.map(|station| station.push(at, byte, ended)));
+            stations.for_each(|station| station.push(at, byte, ended));
         } else {
             self.tally.bytes_lost += 1;
         }
-        self.see(Event::Byte {
-            sent,
-            received,
-            outcomes,
-        });
     }
 
     /// Records a received byte. If the byte completes a frame and no byte of the frame was lost, added or reordered,
@@ -374,9 +324,7 @@ impl Trial {
                 self.tally.frames_sent += 1;
                 self.tally.frames_intact += u64::from(is_intact);
                 let stations = self.stations.iter_mut();
-                let fates = stations.map(|station| station.settle(number, is_intact));
-                let fates = fates.collect();
-                self.see(Event::Frame { number, fates });
+                stations.for_each(|station| station.settle(number, is_intact));
             }
         }
     }

@@ -128,7 +128,7 @@ function makeMachine() {
   Object.assign(card, { picture: legs, values: element('table'), counts: element('table'), window: element('div', { className: 'window' }) });
   card.reason = element('p', { className: 'hint reason' });
   Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs, card.reason), fields: element('table', { className: 'given' }) });
-  const caption = element('small', { textContent: 'Pending bytes, and the parts of a frame that they may be' });
+  const caption = element('small', { textContent: 'Pending bytes: they may begin a frame' });
   card.given = element('div', {}, element('small', { textContent: 'The last delivered frame' }), card.fields);
   card.append(title, card.axes, card.diagram, caption, card.window, card.given, card.counts);
   return card;
@@ -143,10 +143,7 @@ function drawMachine(card, machine) {
   for (const state of card.diagram.querySelectorAll('[data-state]')) {
     state.classList.toggle('lit', state.dataset.state === machine.state);
   }
-  card.window.replaceChildren(...machine.window.map((slot) => {
-    const held = slot.byte !== null;
-    return element('div', { className: held ? 'slot held' : 'slot' }, held ? hex(slot.byte) : '–', element('small', { textContent: slot.name }));
-  }));
+  card.window.replaceChildren(...machine.window.map((byte) => element('div', { className: 'slot' }, hex(byte))));
   if (machine.pending > machine.window.length) card.window.append(element('div', {}, `and ${machine.pending - machine.window.length} more`));
   card.axes.hidden = !machine.axes;
   card.given.hidden = machine.axes || machine.fields.length === 0;

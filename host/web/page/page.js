@@ -73,14 +73,10 @@ function showSettings() {
   for (const control of document.querySelectorAll('[data-key]')) {
     const value = settings.get(control.dataset.key);
     if (control.type === 'checkbox') control.checked = value === 'on';
-    else control.value = value ?? control.defaultValue;
+    else control.value = value;
   }
   $('own').value = (settings.get('bytes') ?? '').replace(/..(?=.)/g, '$& ');
-  const own = settings.has('bytes');
-  $('sender').disabled = own;
-  $('again').hidden = !own;
   const frame = settings.get('frame');
-  document.querySelector('[data-key=payload]').disabled = !view.machines[0].axes;
   if (frame !== shown) $('described').open = frame === 'own';
   shown = frame;
   if (document.activeElement !== $('description')) {
@@ -107,10 +103,8 @@ function go(to) {
 function play() {
   if (playing) return pause();
   if (position >= view.positions) position = 0;
-  // Playing stops after the first fault, after the first missed frame, after the last byte, and at the end of the
-  // silence after it. Another click continues.
-  const stops = [...view.holds, view.bytes, view.positions];
-  const end = stops.find((stop) => stop > position);
+  // Playing stops after the last byte. Another click plays the silence after it.
+  const end = position < view.bytes ? view.bytes : view.positions;
   playing = true;
   sayPlay();
   // While playing, a screen reader would announce every step.
@@ -119,7 +113,7 @@ function play() {
   let due = 0;
   const frame = (now) => {
     if (!playing) return;
-    due += ((now - last) / 1000) * Number($('speed').value);
+    due += ((now - last) / 1000) * (view.bytes < 60 ? 7 : 30);
     last = now;
     const steps = Math.floor(due);
     due -= steps;
@@ -140,7 +134,7 @@ function pause() {
 }
 
 function sayPlay() {
-  say($('play'), playing ? 'Pause' : view?.holds.includes(position) ? 'Continue' : 'Play');
+  say($('play'), playing ? 'Pause' : 'Play');
 }
 
 function stop(at) {
@@ -180,7 +174,7 @@ function focusCell(node) {
   node.focus();
 }
 
-/** Sends these bytes instead of frames, and plays. */
+/** Sends these bytes instead of frames, or frames if there are none, and plays. */
 function sendBytes(text) {
   const before = page;
   change(`edits=&at=0&bytes=${text}`);
@@ -227,7 +221,6 @@ function listen() {
   $('description').oninput = describe;
   $('send').onclick = () => sendBytes($('own').value);
   $('own').onkeydown = (event) => void (event.key === 'Enter' && $('send').click());
-  $('again').onclick = () => change('bytes=&edits=&at=0');
   onkeydown = (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest('input, select, textarea')) return;
     if (event.key === 'Escape') return closeEditor();
@@ -243,7 +236,6 @@ function listen() {
 
 function show(preset) {
   open(preset.address);
-  $('speed').value = view.bytes < 60 ? 7 : 30;
   play();
 }
 

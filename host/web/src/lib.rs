@@ -23,7 +23,6 @@
 
 mod line;
 mod machine;
-mod places;
 mod run;
 mod scenario;
 mod view;

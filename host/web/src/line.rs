@@ -46,7 +46,7 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
     let mut cells = if scenario.own.is_empty() {
         sent(&frames(scenario, protocol), protocol)?
     } else {
-        sent(&scenario.own, protocol)?
+        sent(std::slice::from_ref(&scenario.own), protocol)?
     };
     for (place, action) in &scenario.edits {
         edit(&mut cells, *place, *action);
@@ -55,23 +55,22 @@ pub(crate) fn line(scenario: &Scenario, protocol: &Protocol) -> Result<Vec<Cell>
 }
 
 /// Returns the frames that the sender sends: frames of setpoints with the scenario's payload, or examples.
-fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<u8> {
+fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<Vec<u8>> {
     let count = scenario.frames as usize;
     if protocol.has_setpoints() {
-        let (seed, trial) = (scenario.seed, 0);
-        let seed = Seed { seed, trial };
+        let seed = Seed { seed: 1, trial: 0 };
         let frames = transmissions(protocol, scenario.payload, seed, SLOTS_PER_LEG);
-        return frames.take(count).flat_map(|frame| frame.bytes).collect();
+        return frames.take(count).map(|frame| frame.bytes).collect();
     }
-    let mut stream = Vec::new();
-    for frame in examples(&protocol.description, scenario.seed).take(count) {
-        stream.extend(frame);
-        // Frames of the user's own may be long, so limit the stream.
-        if stream.len() > 1 << 16 {
-            break;
-        }
-    }
-    stream
+    let frames = examples(&protocol.description, 1).take(count);
+    let sent = frames.filter_map(|frame| protocol.description.sent(&frame));
+    // Frames of the user's own may be long, so limit the stream.
+    let mut length = 0;
+    let mut is_short = |frame: &Vec<u8>| {
+        length += frame.len();
+        length < 1 << 17
+    };
+    sent.take_while(|frame| is_short(frame)).collect()
 }
 
 fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
@@ -96,8 +95,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 
 /// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
 /// that the receiver finds on a line without faults.
-fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
-    let cells = bytes.iter().map(|&byte| Cell {
+fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
+    let cells = frames.iter().flatten().map(|&byte| Cell {
         sent: Some(byte),
         received: Some(byte),
         ..Cell::default()
@@ -112,7 +111,16 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
         }
         decided += found.bytes();
     };
-    receiver.feed(bytes, &mut on_outcome);
+    let ending_event = protocol.description.ending_event();
+    for frame in frames {
+        // A break stands before a packet and after it. A pause is only after a frame.
+        for bytes in [&[][..], frame] {
+            receiver.feed(bytes, &mut on_outcome);
+            if let Some(event) = ending_event {
+                receiver.line_event(event, &mut on_outcome);
+            }
+        }
+    }
     // The line ends after the last byte.
     receiver.line_event(LineEvent::Idle, on_outcome);
     let mut now = 0;

@@ -109,9 +109,9 @@ impl Machine {
         self.decided(pieces);
     }
 
-    /// Tells the machine that the line is idle.
-    pub(crate) fn idle(&mut self) {
-        let pieces = self.line.line_event(LineEvent::Idle);
+    /// Reports a line event to the machine.
+    pub(crate) fn line_event(&mut self, event: LineEvent) {
+        let pieces = self.line.line_event(event);
         self.decided(pieces);
     }
 
@@ -148,7 +148,7 @@ impl Machine {
             let fate = if let Some(why) = piece.discarded {
                 Fate::Discarded(why)
             } else {
-                self.frame = piece.bytes;
+                self.frame = piece.frame;
                 if let Some(setpoint) = self.setpoint() {
                     self.failsafe.frame(setpoint);
                 }

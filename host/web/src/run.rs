@@ -1,6 +1,7 @@
 //! Runs the machines along the line from the beginning to any position.
 
 use anyhow::Result;
+use framelock::LineEvent;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -43,8 +44,6 @@ pub struct Run {
     pub(crate) cells: Vec<Cell>,
     /// The states at the beginning and after every [`SAVED_EVERY`] bytes, so that any position is reached in few steps.
     saved: Vec<State>,
-    /// The position after the first frame that arrived intact and that a machine did not deliver.
-    pub(crate) first_missed: Option<usize>,
 }
 
 #[wasm_bindgen]
@@ -132,17 +131,12 @@ impl Run {
             scenario,
             protocol,
             saved: Vec::new(),
-            first_missed: None,
         };
         while state.position < run.cells.len() {
             if state.position.is_multiple_of(SAVED_EVERY) {
                 run.saved.push(state.clone());
             }
             run.step(&mut state);
-            let mut machines = state.machines.iter();
-            if run.first_missed.is_none() && machines.any(|machine| machine.tally.missed > 0) {
-                run.first_missed = Some(state.position);
-            }
         }
         run.saved.push(state);
         Ok(run)
@@ -167,7 +161,11 @@ impl Run {
             self.carry(state, place, cell);
         } else {
             state.now += SILENT_STEP;
-            state.idle();
+            match self.protocol.description.ending_event() {
+                // The next break ends the last packet.
+                Some(LineEvent::Break) => state.event(LineEvent::Break),
+                _ => state.idle(),
+            }
         }
         for machine in &mut state.machines {
             machine.poll(state.now);
@@ -178,9 +176,16 @@ impl Run {
     fn carry(&self, state: &mut State, place: usize, cell: &Cell) {
         let is_as_sent = cell.sent.is_some() && cell.sent == cell.received;
         state.as_sent = if is_as_sent { state.as_sent + 1 } else { 0 };
+        if cell.begins && self.protocol.description.ending_event() == Some(LineEvent::Break) {
+            state.event(LineEvent::Break);
+        }
         if let Some(byte) = cell.received {
             state.idle();
-            state.idle_at = self.scenario.idle.then_some(cell.at + IDLE_AFTER);
+            // Pauses neither begin nor end packets.
+            let is_packet = self.protocol.description.format().packets().is_some();
+            let ends_frames = self.protocol.description.ending_event() == Some(LineEvent::Idle);
+            let has_gap_rule = ends_frames || self.scenario.idle && !is_packet;
+            state.idle_at = has_gap_rule.then_some(cell.at + IDLE_AFTER);
             let whole = (1..=state.as_sent)
                 .contains(&cell.ends)
                 .then_some(cell.ends);
@@ -195,7 +200,14 @@ impl State {
     /// Reports an idle line to the machines if the line has been idle for long enough.
     fn idle(&mut self) {
         if self.idle_at.take_if(|at| *at < self.now).is_some() {
-            self.machines.iter_mut().for_each(Machine::idle);
+            self.event(LineEvent::Idle);
         }
+    }
+
+    /// Reports a line event to the machines.
+    fn event(&mut self, event: LineEvent) {
+        self.machines
+            .iter_mut()
+            .for_each(|machine| machine.line_event(event));
     }
 }

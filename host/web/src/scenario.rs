@@ -26,7 +26,6 @@ pub(crate) struct Scenario {
     /// The payload of setpoint frames. Other frames carry random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
-    pub(crate) seed: u64,
     /// True if the machines drop pending bytes when the line is idle.
     pub(crate) idle: bool,
     /// The user's own bytes, which are sent instead of frames.
@@ -45,7 +44,6 @@ impl Default for Scenario {
             description: EXAMPLE.to_owned(),
             payload: Payload::Motion,
             frames: 40,
-            seed: 1,
             idle: false,
             own: Vec::new(),
             edits: Vec::new(),
@@ -90,7 +88,6 @@ impl Scenario {
             }
             "payload" => self.payload = value.parse()?,
             "frames" => self.frames = number(value, 1..=2_000)?,
-            "seed" => self.seed = number(value, 0..=u64::MAX)?,
             "idle" => {
                 ensure!(matches!(value, "on" | "off"), "expected on or off");
                 self.idle = value == "on";
@@ -158,7 +155,7 @@ impl fmt::Display for Scenario {
 
 impl Scenario {
     /// Returns all keys except `frame`, with their values.
-    fn pairs(&self) -> [(&'static str, String); 8] {
+    fn pairs(&self) -> [(&'static str, String); 7] {
         let edits = self.edits.iter();
         let edits: Vec<String> = edits.map(|(at, edit)| format!("{at}{edit}")).collect();
         let description = utf8_percent_encode(&self.description, NON_ALPHANUMERIC);
@@ -166,7 +163,6 @@ impl Scenario {
             ("description", description.to_string()),
             ("payload", self.payload.to_string()),
             ("frames", self.frames.to_string()),
-            ("seed", self.seed.to_string()),
             ("idle", if self.idle { "on" } else { "off" }.to_owned()),
             ("bytes", hex::glued(&self.own)),
             ("edits", edits.join(".")),

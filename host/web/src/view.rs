@@ -7,14 +7,10 @@ use framelock_description::{Description, KIND};
 use serde_json::{Value, json};
 
 use crate::machine::{Fate, Machine};
-use crate::places::{MOST, names};
 use crate::run::Run;
 
-/// The reasons why a machine misses a frame that arrived whole.
-const MISSED_BY_LECTURE: &str = "misses it: when the frame began, this machine still waited for the \
-    rest of an earlier frame, and took the first bytes for that rest";
-const MISSED_BY_FRAMELOCK: &str =
-    "misses it, because a frame that it delivered has used some of its bytes";
+/// The greatest number of pending bytes that the page draws.
+const MOST: usize = 64;
 
 impl Run {
     /// Returns the view of a position, with the cells at these places on the line.
@@ -53,18 +49,8 @@ impl Run {
         json!({
             "position": last, "positions": self.positions(), "bytes": self.cells.len(),
             "seconds": f64::from(state.now) / 1e3, "sentence": self.sentence(last, &state.machines),
-            "holds": self.holds(), "cells": cells_json.collect::<Value>(), "machines": machines.collect::<Value>(),
+            "cells": cells_json.collect::<Value>(), "machines": machines.collect::<Value>(),
         })
-    }
-
-    /// Returns the positions at which playing stops until the user continues. Playing stops after the first byte that
-    /// the line loses, alters or inserts, and after the first intact frame that a machine misses.
-    fn holds(&self) -> Vec<usize> {
-        let fault = self.cells.iter().position(|cell| cell.kind() != "as sent");
-        let after_fault = fault.map(|place| place + 1);
-        let mut holds: Vec<usize> = after_fault.into_iter().chain(self.first_missed).collect();
-        holds.sort_unstable();
-        holds
     }
 
     /// Describes the last step in a sentence.
@@ -86,18 +72,8 @@ impl Run {
                 _ => format!("{} arrives.", byte(cell.received)),
             },
         };
-        let is_first_missed = self.first_missed == Some(position);
-        if is_first_missed {
-            sentence.push_str(" A whole frame has arrived.");
-        }
         for machine in machines {
-            let what = match machine.lecture() {
-                _ if !is_first_missed || machine.tally.missed == 0 => {
-                    what(&self.protocol.description, machine)
-                }
-                Some(_) => MISSED_BY_LECTURE.to_owned(),
-                None => MISSED_BY_FRAMELOCK.to_owned(),
-            };
+            let what = what(&self.protocol.description, machine);
             let name = machine.name().replacen("the", "The", 1);
             sentence = format!("{sentence} {name} {what}.");
         }
@@ -134,7 +110,7 @@ impl Run {
         json!({
             "name": machine.name(),
             "state": lecture.map(|lecture| lecture.state.to_string()),
-            "window": window(description, bytes),
+            "window": &bytes[..bytes.len().min(MOST)],
             "pending": bytes.len(),
             "axes": axes,
             "fields": fields(description, &machine.frame),
@@ -144,17 +120,6 @@ impl Run {
             "counters": machine.line.counters(),
         })
     }
-}
-
-/// Returns the names of a frame's bytes, and the bytes that have already arrived.
-fn window(description: &Description, bytes: &[u8]) -> Vec<Value> {
-    let names = names(description, bytes);
-    let slot = |place| {
-        let name = names.get::<usize>(place).map_or("", |name| name);
-        json!({ "name": name, "byte": bytes.get(place) })
-    };
-    let count = names.len().max(bytes.len()).min(MOST);
-    (0..count).map(slot).collect()
 }
 
 /// Returns the name, value and unit of each field of a frame, preceded by the frame's kind.

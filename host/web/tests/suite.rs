@@ -257,8 +257,7 @@ fn a_long_line_is_shown_as_if_byte_by_byte() {
             let expected = counters(frame, &bytes);
             assert_eq!(shown(&view), expected, "{address}&at={position}");
             for (nth, window) in each(&view["machines"], "/window").into_iter().enumerate() {
-                let held = each(window, "/byte").into_iter();
-                let held: Vec<_> = held.filter(|byte| !byte.is_null()).collect();
+                let held = each(window, "");
                 assert_eq!(held, bytes[bytes.len() - held.len()..]);
                 let fates = each(&view["cells"], "/fates").into_iter();
                 let pending = fates.filter(|fates| fates[nth] == "pending");
@@ -305,17 +304,11 @@ fn examples_of_every_frame_format_are_sent_and_delivered() {
     for (name, about) in &listed {
         assert!(!about.is_empty() && !about.contains('#'), "{name}: {about}");
         let run = opened(&format!("frame={name}&frames=30"));
-        let machine = &end(&run)[0];
+        // A pause or a break may end the last frame.
+        let machine = see(&run, run.bytes() + 1, "/machines/0");
         assert_eq!(machine["tally"]["delivered"], 30, "{name}");
         assert_eq!(machine["status"], "LISTENING");
         assert_ne!(machine["fields"], json!([]), "{name}");
-        // While a frame is incomplete, the page shows a name for each byte that has arrived.
-        for position in 0..run.bytes().min(50) {
-            let window = see(&run, position, "/machines/0/window");
-            let mut slots = each(&window, "").into_iter();
-            let all_named = slots.all(|slot| slot["byte"].is_null() || slot["name"] != "");
-            assert!(all_named, "{name}&at={position}: {window}");
-        }
     }
 }
 
@@ -409,76 +402,6 @@ fn the_guide_contains_the_pages_example() {
     assert!(guide.contains(MOTOR));
 }
 
-/// Compares the names of the bytes in the window: the bytes that have arrived and those expected next.
-#[test]
-fn each_byte_has_its_name() {
-    // A frame that is too short for a field does not contain this field.
-    let short = "sync = '24'\nlongest = 9\nlength_field = { at = 1, type = 'u8' }\n\
-                 checksum = { name = 'xor', type = 'u8', at = -1 }\n\
-                 fields = [{ name = 'a', at = 2, type = 'u16le' }, { name = 'b', at = 4, type = 'u16le' }]";
-    let short = format!("{}&bytes=2405010223", own(short));
-    // The fourth byte determines the kind.
-    let motor = "frame=own&bytes=AA5502020790A2AA550601";
-    let signed = "frame=mavlink2&bytes=FD090100000000000000";
-    for (address, position, first, names, count) in [
-        (
-            "frame=bin",
-            0,
-            0,
-            "sync sync any pitch roll yaw terminator",
-            7,
-        ),
-        ("frame=bin-crc8", 3, 5, "yaw checksum terminator", 8),
-        ("frame=crsf&bytes=C8040B00ECB7", 0, 0, "address length", 2),
-        (
-            "frame=crsf&bytes=C8040B00ECB7",
-            3,
-            2,
-            "type payload payload checksum",
-            6,
-        ),
-        (motor, 0, 0, "sync sync length number", 4),
-        (
-            motor,
-            4,
-            0,
-            "sync sync length number state checksum checksum",
-            7,
-        ),
-        (
-            motor,
-            11,
-            3,
-            "number position position current current temperature checksum checksum",
-            11,
-        ),
-        (&short, 3, 0, "sync length a a checksum", 5),
-        (
-            "frame=nmea&bytes=2447502A3137",
-            4,
-            0,
-            "start sentence sentence sentence",
-            5,
-        ),
-        (signed, 10, 0, "sync length incompatible_flags", 34),
-        (signed, 10, 19, "checksum checksum signature", 34),
-    ] {
-        let window = see(&opened(address), position, "/machines")
-            .as_array_mut()
-            .unwrap()
-            .pop();
-        let window = window.unwrap()["window"].take();
-        let all = each(&window, "/name");
-        let names: Vec<&str> = names.split(' ').collect();
-        assert_eq!(all[first..first + names.len()], names, "{address}");
-        assert_eq!(all.len(), count, "{address}");
-    }
-    let sbus = see(&opened("frame=sbus"), 0, "/machines/0/window");
-    assert_eq!(sbus[2]["name"], "channel1 channel2");
-    let last = "channel17 channel18 frame_lost failsafe unused";
-    assert_eq!(sbus[23]["name"], last);
-}
-
 #[test]
 fn before_the_first_frame_no_frame_is_shown() {
     for frame in ["bin", "crsf", "own"] {
@@ -525,34 +448,9 @@ fn a_malformed_address_says_what_is_wrong() {
 }
 
 #[test]
-fn the_first_fault_and_the_first_missed_frame_hold_the_page_and_are_explained() {
-    let run = opened("payload=00414200&edits=21d");
-    assert_eq!(see(&run, 0, "/holds"), json!([22, 35]));
-    let lost = "41 is lost on the line. Nothing arrives, so no machine can notice it yet.";
-    assert_eq!(see(&run, 22, "/sentence"), lost);
-    let says = |run: &Run, position, text| {
-        let sentence = see(run, position, "/sentence");
-        sentence.as_str().unwrap().contains(text)
-    };
-    let missed = "A whole frame has arrived. The lecture's machine misses it: ";
-    assert!(says(&run, 35, missed));
-    assert!(says(&run, 35, "framelock delivers a frame: pitch 65"));
-    assert!(!says(&run, 42, "misses"), "only the first one");
-
-    // With this payload, a receiver cannot know at which of two offsets the frames begin.
-    let ambiguous = opened("payload=0D414280&edits=21d");
-    let held = see(&ambiguous, 0, "/holds/1").as_u64().unwrap();
-    let held = usize::try_from(held).unwrap();
-    assert!(says(&ambiguous, held, "framelock misses it, because"));
-
-    let perfect = opened("payload=00414200");
-    assert_eq!(see(&perfect, 0, "/holds"), json!([]));
-}
-
-#[test]
 fn every_key_is_written_as_it_is_read() {
     for address in [
-        "frame=bin-crc8&payload=random:40-43&frames=7&seed=9&idle=on&edits=21d.30f04.40i41&at=12",
+        "frame=bin-crc8&payload=random:40-43&frames=7&idle=on&edits=21d.30f04.40i41&at=12",
         "frame=crsf&bytes=41420D",
         "frame=own&description=sync%20%3D%20%2224%22%0Alength%20%3D%203%20%23%20%25%26%2B%20%C3%A9&bytes=240102",
     ] {
@@ -566,12 +464,11 @@ fn every_key_is_written_as_it_is_read() {
 
 /// For each key, a pattern of valid pairs of key and value. The last pattern gives pairs that are valid or almost
 /// valid.
-const PAIRS: [&str; 10] = [
+const PAIRS: [&str; 9] = [
     "frame=(bin|bin-crc8|crsf|ubx|own)",
     "description=length%20%3D%20[1-9]",
     "payload=(motion|noise|random:40-43|[0-9A-F]{8})",
     "frames=[1-9][0-9]?",
-    "seed=[0-9]{1,3}",
     "idle=(on|off)",
     "bytes=([0-9A-F]{2}){1,8}",
     "edits=[0-9]{1,2}(d|[fi][0-9A-F]{2})",

@@ -1,7 +1,7 @@
 //! Target `failsafe`: schedules of frames and time, including a clock that wraps or goes backwards.
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
+use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Phase};
 
 use crate::rest;
 
@@ -37,7 +37,20 @@ pub struct FailsafeRun {
     pub late_polls: u32,
     /// The failsafe's counter at the end.
     pub slow_frames: u32,
+    /// Whether each of the [special cases](CASES) occurred.
+    pub cases: [bool; 7],
 }
+
+/// Special cases in a schedule, in which the promises must hold, too.
+pub const CASES: [&str; 7] = [
+    "the clock goes back while live",
+    "a late poll with a frame while live",
+    "frames that waited for one poll start nothing",
+    "a frame in a hold moves nothing",
+    "an approach goes on at the demands",
+    "after the stated time, an approach is over although the demands move",
+    "a silence is longer than the clock's period",
+];
 
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
@@ -176,14 +189,19 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     let (mut faults, mut late) = (0, 0);
     // The ticks since the last approach began, and whether a poll was late since then.
     let (mut approached, mut is_late) = (0, false);
+    // The frames since the last poll, their demands, and the ticks since the last poll that took a frame.
+    let (mut waiting, mut demanded, mut silence) = (0_u8, model.parameters.park, 0);
+    let mut cases = [false; 7];
     let mut last = failsafe.poll(clock);
     model.poll(0);
     for &step in &schedule.steps {
         let ticks = match step {
             ScheduleStep::Wait(ticks) => ticks,
             ScheduleStep::Frame(asked) => {
-                failsafe.frame(demands(asked));
-                model.frame(demands(asked).map(Into::into));
+                demanded = demands(asked);
+                waiting = waiting.saturating_add(1);
+                failsafe.frame(demanded);
+                model.frame(demanded.map(Into::into));
                 phases.push(last.phase);
                 continue;
             }
@@ -199,14 +217,9 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             model.output(),
             "{schedule:?}"
         );
-        assert_eq!(
-            [
-                failsafe.clock_faults(),
-                failsafe.late_polls(),
-                failsafe.slow_frames()
-            ],
-            [faults, late, model.slow_frames]
-        );
+        let slow = failsafe.slow_frames();
+        let counters = [failsafe.clock_faults(), failsafe.late_polls(), slow];
+        assert_eq!(counters, [faults, late, model.slow_frames]);
         // The promises, from the outputs alone.
         for (from, to) in last.axes.into_iter().zip(output.axes) {
             let (from, to): (u16, u16) = (from.into(), to.into());
@@ -234,35 +247,58 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             (approached, is_late) = (0, false);
             assert!(output.phase != Phase::Live, "{schedule:?}");
         }
+        silence += u64::from(counted);
+        let was_live = last.phase == Phase::Live;
+        let both = (last.phase, output.phase);
+        let is_over = !is_late && approached >= model.parameters.live_after();
+        let occurred = [
+            was_live && counted != ticks,
+            was_live && waiting > 0 && counted > model.parameters.longest_step,
+            waiting >= model.parameters.frames_to_start && output.phase == Phase::Parked,
+            waiting > 0 && both == (Phase::Hold, Phase::Hold),
+            both == (Phase::Approach, Phase::Approach) && output.axes == demanded,
+            is_over && output.axes != demanded,
+            silence > u32::MAX.into() && output.phase != Phase::Live,
+        ];
+        cases = std::array::from_fn(|case| cases[case] | occurred[case]);
+        if std::mem::take(&mut waiting) > 0 {
+            silence = 0;
+        }
         phases.push(output.phase);
         last = output;
     }
-    let run = FailsafeRun {
+    parks_in_time(failsafe, clock, &model.parameters, schedule);
+    FailsafeRun {
         phases,
         clock_faults: faults,
         late_polls: late,
         slow_frames: model.slow_frames,
-    };
-    // From here on, no frames come. However the outputs are, they are at park in the stated time.
-    let Output { .. } = last;
-    let step = model.parameters.longest_step;
-    let parked_after = model.parameters.parked_after();
-    if parked_after / u64::from(step) < 2_000 {
-        clock = clock.wrapping_add(step);
-        failsafe.poll(clock); // takes the last frame
-        let mut passed = 0;
-        while passed < parked_after {
-            passed += u64::from(step);
-            clock = clock.wrapping_add(step);
-            last = failsafe.poll(clock);
-        }
-        assert_eq!(
-            (last.axes, last.phase),
-            (model.parameters.park, Phase::Parked),
-            "{schedule:?}"
-        );
+        cases,
     }
-    run
+}
+
+/// Checks that every axis is at park in the stated time if no frames come, whatever the outputs were.
+fn parks_in_time<D: Demand, const AXES: usize>(
+    mut failsafe: Failsafe<D, AXES>,
+    mut clock: u32,
+    parameters: &FailsafeParameters<D, AXES>,
+    schedule: &Schedule,
+) {
+    let (step, parked_after) = (parameters.longest_step, parameters.parked_after());
+    if parked_after / u64::from(step) >= 2_000 {
+        return;
+    }
+    clock = clock.wrapping_add(step);
+    let mut last = failsafe.poll(clock); // takes the last frame
+    for _ in 0..parked_after.div_ceil(step.into()) {
+        clock = clock.wrapping_add(step);
+        last = failsafe.poll(clock);
+    }
+    assert_eq!(
+        (last.axes, last.phase),
+        (parameters.park, Phase::Parked),
+        "{schedule:?}"
+    );
 }
 
 /// A model of the protocol's rules, whose time does not wrap.
@@ -414,36 +450,5 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
             .axes
             .map(|axis| u16::try_from(axis.position / self.unit).expect("below the range"));
         (axes, phase)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The files of the corpus have this layout.
-    #[test]
-    fn bytes_are_read_as_a_schedule() {
-        let bytes = b"\x02\x14\x00\x01\x00\x00\x32\x01\x02\x03\x02\xAAbc\xFF\xFF\xFF\xFF\
-            \x03xyz\x00\x02\x01\x02\x05\x06\x07\x08";
-        let schedule =
-            Schedule::arbitrary_take_rest(Unstructured::new(bytes)).expect("enough bytes");
-        let p = schedule.parameters;
-        assert_eq!((p.longest_step, p.hold_after, p.ramp_after), (20, 276, 326));
-        assert_eq!(
-            (p.approach_for, p.live_travel, p.approach_travel),
-            (1, 82, 85)
-        );
-        assert_eq!(p.frames_to_start, 4);
-        assert_eq!(p.park, *b"\xAAbc");
-        assert_eq!(schedule.start, u32::MAX);
-        assert_eq!(
-            schedule.steps,
-            [
-                ScheduleStep::Frame(*b"xyz"),
-                ScheduleStep::Wait(0x102),
-                ScheduleStep::Wait(0x0807_0605)
-            ]
-        );
     }
 }

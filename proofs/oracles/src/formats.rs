@@ -8,7 +8,7 @@ use framelock::motion::{Bin, BinCrc8};
 use framelock::{Counters, FixedFormat, Format, Found, LineEvent, Receiver};
 use framelock_formats::layout::{CheckedLayout, KnownMessage, Layout};
 use framelock_formats::motion::{BIN, BIN_CRC8, SIX_AXES, SixAxes};
-use framelock_formats::{AnyOf, crsf, gnss, ibus, mavlink, nmea, rtcm, sbus, ubx};
+use framelock_formats::{AnyOf, crsf, gnss, ibus, mavlink, modbus, nmea, rtcm, sbus, ubx};
 use framelock_proofs::reference::framed;
 
 use crate::layout::{Interpreted, layouts};
@@ -71,6 +71,7 @@ pub const FORMATS: &[ShippedFormat] = shipped! {
     "BIN", [BIN], fixed::<Bin>;
     "BIN-CRC8", [BIN_CRC8], fixed::<BinCrc8>;
     "GNSS", [ubx(1100), nmea::LAYOUT, rtcm::LAYOUT], by(gnss::Gnss::<1100>);
+    "Modbus RTU", [modbus::LAYOUT], by(modbus::ModbusRtu);
 };
 
 /// Checks that the small [`Receiver`] finds the same frames as the reference, at the same positions. Then checks
@@ -166,7 +167,7 @@ impl Step {
                 let frame = frame(layout, content, chosen_by(content));
                 let mut bytes = frame.unwrap_or_else(|almost| almost);
                 if let &Some([place, sort]) = fault {
-                    bytes = broken(&bytes, chosen_by(&[place, sort, sort / 6]));
+                    bytes = broken(&bytes, chosen_by(&[place, sort, sort / 8]));
                 }
                 let slices = bytes.chunks(usize::from(*size).max(1));
                 slices

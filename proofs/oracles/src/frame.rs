@@ -2,14 +2,14 @@
 
 use std::iter::repeat_with;
 
-use framelock::Classification::Frame;
+use framelock::{Classification::Frame, LineEvent};
 use framelock_formats::layout::{
     ByteOrder, CheckedLayout, Encoding, Layout, Length, Messages, Patterns,
 };
 use rand::Rng;
 use rand::seq::IndexedRandom as _;
 
-use crate::layout::{interpret, place};
+use crate::layout::{interpret_before, place};
 
 /// Fills a frame with the content, and lets the layout seal the frame. `choose` chooses a number below its argument: which
 /// of several syncs, messages, terminators and bits of a trailer the frame has, and bytes that are not in the content.
@@ -45,7 +45,7 @@ pub fn frame(
     let trailer = announced.map_or(0, |trailer| trailer.bytes);
 
     let checksum = layout.checksum.filter(|checksum| checksum.at < 0);
-    let tail = end.len() + checksum.map_or(0, |checksum| checksum.encoded_bytes());
+    let tail = end.len() + layout.behind + checksum.map_or(0, |checksum| checksum.encoded_bytes());
     let wanted = (layout.header() + content.len() + tail).max(layout.shortest);
     let length = match layout.length {
         Length::Fixed => layout.longest,
@@ -77,12 +77,17 @@ pub fn frame(
     if let Some(trailer) = layout.trailer {
         frame[trailer.at] = frame[trailer.at] & !trailer.mask | bit;
     }
-    let end_at = length.saturating_sub(end.len());
+    let end_at = length.saturating_sub(end.len() + layout.behind);
     write(&mut frame, end_at, end);
+    if let Some(checksum) = layout.checksum.filter(|checksum| checksum.over_hex_digits) {
+        for byte in &mut frame[place(checksum.from, length)..=place(checksum.to, length)] {
+            *byte = b"0123456789abcDEF"[usize::from(*byte % 16)];
+        }
+    }
 
     let before = frame.clone();
     let is_sealed = layout.seal(&mut frame);
-    let is_frame = interpret(layout, &frame) == Frame(frame.len());
+    let is_frame = is_whole(layout, &frame);
     assert_eq!(is_sealed, is_frame, "{layout:?}: {frame:02X?}");
     if !is_sealed {
         return Err(frame);
@@ -104,7 +109,7 @@ pub fn frame(
         let mut other = frame.clone();
         other[place(checksum.at, counted)..][..checksum.encoded_bytes()].make_ascii_lowercase();
         // A lower-case digit may be a terminator.
-        if interpret(layout, &other) == Frame(other.len()) {
+        if is_whole(layout, &other) {
             frame = other;
         }
     }
@@ -140,6 +145,11 @@ pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     layout.terminators().skip(own).collect()
 }
 
+/// Returns true if the bytes are a frame, perhaps because silence follows.
+fn is_whole(layout: &Layout, bytes: &[u8]) -> bool {
+    interpret_before(layout, bytes, LineEvent::Idle) == Frame(bytes.len())
+}
+
 fn any(patterns: Patterns<'_>, mut choose: impl FnMut(usize) -> usize) -> &[u8] {
     let all: Vec<&[u8]> = patterns.each().collect();
     if all.is_empty() {
@@ -169,7 +179,7 @@ fn determined(layout: &Layout, at: usize, counted: usize) -> u8 {
     let end = layout.terminator.length;
     if is_within(0, layout.sync.length)
         || matches!(layout.length, Length::Field(field) if is_within(field.number.at, field.number.bytes))
-        || is_within(counted - end, end)
+        || is_within(counted - end - layout.behind, end)
         || layout.checksum.is_some_and(|checksum| {
             is_within(place(checksum.at, counted), checksum.encoded_bytes())
         })

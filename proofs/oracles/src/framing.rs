@@ -116,7 +116,8 @@ where
         let receiver = BufferedReceiver::with_buffer(format(), vec![0; buffer]);
         receiver.expect("the buffer holds the longest frame")
     };
-    let (mut fed, mut pushed, mut line) = (receiver(), receiver(), Line::new(receiver()));
+    let (mut fed, mut pushed) = (receiver(), Line::new(receiver()));
+    let mut line = Line::new(receiver());
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
@@ -152,39 +153,41 @@ where
             );
             assert!(pushed.pending() < longest, "{steps:02X?}");
         }
-        while let Some(frame) = pushed.poll() {
-            frames.push(frame.message().to_vec());
+        // A line event may come after bytes about which `push` has not decided.
+        if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
+            frames.extend(polled(&mut pushed));
+            assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
         }
-        assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
 
         for slice in stretch.iter().map(StreamStep::bytes) {
-            match slice {
-                &[byte] => {
-                    let _ = line.push(byte);
-                    // If the byte is odd, poll for remaining frames before the next slice.
-                    while byte % 2 == 1 && line.poll().is_some() {}
-                }
-                [first, ..] if first % 2 == 1 => {
-                    let mut rest = slice;
-                    while line.next(&mut rest).is_some() {}
-                }
-                slice => line.feed(slice, |_| ()),
-            }
+            take(&mut line, slice);
         }
-        line.feed(&[], |_| ());
+        let is_in_steps = bytes.len() % 2 == 1;
+        if is_in_steps {
+            while line.poll_step(|_| ()) {}
+        }
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
             all = reference(naive, &bytes, Some(*event)).0;
             fed.line_event(*event, |found| {
                 findings.receive(&bytes, found.map(|frame| frame.message()));
             });
-            pushed.line_event(*event, |found| {
-                frames.extend(found.message().map(|frame| frame.message().to_vec()));
+            let has_ended = (0..longest).any(|_| {
+                !pushed.line_event_step(*event, |found| {
+                    frames.extend(found.message().map(|frame| frame.message().to_vec()));
+                })
             });
-            line.line_event(*event, |_| ());
+            assert!(has_ended, "too many steps: {steps:02X?}");
+            if is_in_steps {
+                while line.line_event_step(*event, |_| ()) {}
+            } else {
+                line.line_event(*event, |_| ());
+            }
             counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
             assert_eq!(findings.0, all, "line event: {steps:02X?}");
+        } else {
+            line.feed(&[], |_| ());
         }
         let is_frame = |found: &&Found<usize>| matches!(found, Found::Frame { .. });
         let expected = all.iter().filter(is_frame).map(|found| match *found {
@@ -197,6 +200,7 @@ where
         counted.add(bytes.len(), &all);
         let counters = line.counters();
         assert_eq!(counters, &counted.counters, "{steps:02X?}");
+        assert_eq!(pushed.counters(), counters, "pushed: {steps:02X?}");
         let places = counters.frame_bytes + counters.discarded.total() + as_counter(line.pending());
         assert_eq!(
             counters.bytes, places,
@@ -207,6 +211,38 @@ where
         }
     }
     counted.counters
+}
+
+/// Polls the line, and returns the frames. Asserts that polling in steps finds the same frames.
+fn polled<F>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>) -> Vec<Vec<u8>>
+where
+    F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
+{
+    let (mut stepped, mut found_by_steps, mut frames) = (line.clone(), Vec::new(), Vec::new());
+    while stepped.poll_step(|found| {
+        found_by_steps.extend(found.message().map(|frame| frame.message().to_vec()));
+    }) {}
+    while let Some(frame) = line.poll() {
+        frames.push(frame.message().to_vec());
+    }
+    assert_eq!(found_by_steps, frames, "poll in steps");
+    frames
+}
+
+/// Gives a slice to the line in one of three ways.
+fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) {
+    match slice {
+        &[byte] => {
+            let _ = line.push(byte);
+            // If the byte is odd, poll for remaining frames before the next slice.
+            while byte % 2 == 1 && line.poll().is_some() {}
+        }
+        [first, ..] if first % 2 == 1 => {
+            let mut rest = slice;
+            while line.next(&mut rest).is_some() {}
+        }
+        slice => line.feed(slice, |_| ()),
+    }
 }
 
 /// A format whose messages are the frames themselves.

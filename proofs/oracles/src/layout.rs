@@ -15,6 +15,14 @@ use crate::stream::Stream;
 /// The most bytes that a frame should have in [`layouts`]. The reference is slow with longer frames.
 pub const LONGEST: usize = 128;
 
+const EVENTS: [LineEvent; 5] = [
+    LineEvent::Framing,
+    LineEvent::Parity,
+    LineEvent::Overrun,
+    LineEvent::Break,
+    LineEvent::Idle,
+];
+
 /// Checks that receivers of a format report the same frames and discarded bytes as the reference with the
 /// [interpreter](interpret) of the format's layouts, and that the format classifies the bytes at each position as the
 /// interpreter does.
@@ -40,6 +48,15 @@ pub fn layouts<F: Format + Clone + 'static>(
                 other => other,
             };
             assert_eq!(found, naive.classify(bytes), "{bytes:02X?}, {layouts:?}");
+            if matches!(found, Incomplete { .. }) {
+                for event in EVENTS {
+                    let [found, expected] = [
+                        format.classify_before(bytes, event),
+                        naive.classify_before(bytes, event),
+                    ];
+                    assert_eq!(found, expected, "{event:?}: {bytes:02X?}, {layouts:?}");
+                }
+            }
         }
     }
     let longest = format.longest();
@@ -57,22 +74,15 @@ impl Format for Interpreted<'_> {
     fn longest(&self) -> usize {
         self.0
             .iter()
-            .map(|layout| layout.longest)
+            .map(|layout| layout.most_bytes())
             .max()
             .expect("a layout")
     }
 
     /// If all layouts reject the bytes, returns the reason of the layout that found an error latest in the frame.
     fn classify(&self, bytes: &[u8]) -> Classification {
-        let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.longest)];
+        let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.most_bytes())];
         let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
-        let order = |rejected: &Classification| match rejected {
-            Rejected(DiscardReason::NoSync) => 0,
-            Rejected(DiscardReason::BrokenSync) => 1,
-            Rejected(DiscardReason::ChecksumMismatch | DiscardReason::WrongTerminator) => 3,
-            Rejected(_) => 2,
-            _ => 4,
-        };
         // Of several that come equally far, the first one.
         let first = all.next().expect("a layout");
         all.fold(first, |best, next| {
@@ -84,21 +94,42 @@ impl Format for Interpreted<'_> {
         })
     }
 
-    fn classify_before(&self, bytes: &[u8], _: LineEvent) -> Classification {
-        let alone = self
-            .0
-            .iter()
-            .map(|layout| Self(slice::from_ref(layout)).classify(bytes));
-        let frame = alone.into_iter().find(|one| matches!(one, Frame(_)));
-        frame.unwrap_or(Rejected(DiscardReason::LineEvent))
+    fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
+        let alone = self.0.iter().map(|layout| {
+            if layout.length == Length::Silence {
+                interpret_before(layout, bytes, event)
+            } else {
+                match Self(slice::from_ref(layout)).classify(bytes) {
+                    Frame(length) => Frame(length),
+                    _ => Rejected(DiscardReason::LineEvent),
+                }
+            }
+        });
+        let alone: Vec<_> = alone.collect();
+        let frame = alone.iter().find(|one| matches!(one, Frame(_)));
+        let late = alone.iter().find(|one| order(one) == 3);
+        *frame
+            .or(late)
+            .unwrap_or(&Rejected(DiscardReason::LineEvent))
     }
 
     fn decode(&self, _: &[u8]) {}
 }
 
-/// Classifies the beginning of `bytes`, which contain at least one byte, and at most as many as the longest frame.
+/// Returns a greater number for a reason that is found later in the frame, and the greatest for other classifications.
+fn order(classification: &Classification) -> u8 {
+    match classification {
+        Rejected(DiscardReason::NoSync) => 0,
+        Rejected(DiscardReason::BrokenSync) => 1,
+        Rejected(DiscardReason::ChecksumMismatch | DiscardReason::WrongTerminator) => 3,
+        Rejected(_) => 2,
+        _ => 4,
+    }
+}
+
+/// Classifies the beginning of `bytes`, which contain at least one byte, and at most as many as a receiver must hold.
 pub fn interpret(layout: &Layout, bytes: &[u8]) -> Classification {
-    match classify(layout, bytes) {
+    match classify(layout, bytes, false) {
         Ok(Some(length)) => Frame(length),
         Ok(None) => Incomplete {
             at_least: bytes.len() + 1,
@@ -107,8 +138,19 @@ pub fn interpret(layout: &Layout, bytes: &[u8]) -> Classification {
     }
 }
 
-/// Returns the length of the frame at the beginning of the bytes, or `None` if more bytes are needed.
-fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReason> {
+/// Classifies the beginning of `bytes`, which a line event follows.
+pub fn interpret_before(layout: &Layout, bytes: &[u8], event: LineEvent) -> Classification {
+    let is_silence = event == LineEvent::Idle || event == LineEvent::Break;
+    match classify(layout, bytes, is_silence) {
+        Ok(Some(length)) => Frame(length),
+        Ok(None) => Rejected(DiscardReason::LineEvent),
+        Err(why) => Rejected(why),
+    }
+}
+
+/// Returns the length of the frame at the beginning of the bytes, or `None` if more bytes are needed. If `is_over`,
+/// silence follows the bytes.
+fn classify(layout: &Layout, bytes: &[u8], is_over: bool) -> Result<Option<usize>, DiscardReason> {
     let sync = layout.sync;
     let syncs = || sync.bytes.chunks(max(sync.length, 1));
     if sync.length > 0 && !syncs().any(|sync| agree(sync, bytes)) {
@@ -172,8 +214,14 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
             }
             (length, length)
         }
+        Length::Silence if bytes.len() > layout.longest => return Err(DiscardReason::TooLong),
+        Length::Silence if !is_over || bytes.len() < layout.shortest => return Ok(None),
+        Length::Silence => (bytes.len(), bytes.len()),
         Length::Delimiter => match delimiter(layout, bytes)? {
-            Some((content, width)) => (content + width, content + layout.terminator.length),
+            Some((content, width)) => (
+                content + width + layout.behind,
+                content + layout.terminator.length + layout.behind,
+            ),
             None if bytes.len() == layout.longest => return Err(DiscardReason::WrongTerminator),
             None => return Ok(None),
         },
@@ -181,6 +229,9 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
     };
     if counted < layout.shortest {
         return Err(DiscardReason::BadHeader);
+    }
+    if end + trailer > layout.longest {
+        return Err(DiscardReason::TooLong);
     }
     if bytes.len() < end + trailer {
         return Ok(None);
@@ -194,10 +245,9 @@ fn classify(layout: &Layout, bytes: &[u8]) -> Result<Option<usize>, DiscardReaso
             return Err(DiscardReason::WrongTerminator);
         }
     }
-    for bits in layout.fixed {
-        if frame[place(bits.at, counted)] & bits.mask != bits.value {
-            return Err(DiscardReason::WrongTerminator);
-        }
+    let mut fixed = layout.fixed.iter();
+    if !fixed.all(|bits| frame[place(bits.at, counted)] & bits.mask == bits.value) {
+        return Err(DiscardReason::WrongTerminator);
     }
     if let Some(checksum) = layout.checksum
         && !is_right(&checksum, frame, counted, extra)
@@ -286,14 +336,39 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
     // If the checksum covers nothing, the last covered byte is the one before the first.
     let covered = place(checksum.from, counted)..=place(checksum.to, counted);
     let mut covered = frame[covered].to_vec();
+    if checksum.over_hex_digits {
+        let digits = std::str::from_utf8(&covered).unwrap_or("?");
+        let pairs = (0..digits.len())
+            .step_by(2)
+            .map(|at| digits.get(at..at + 2));
+        let decoded = pairs.map(|pair| u8::from_str_radix(pair?, 16).ok());
+        match decoded.collect::<Option<Vec<u8>>>() {
+            Some(decoded) if !digits.contains('+') => covered = decoded,
+            _ => return false,
+        }
+    }
     covered.extend(extra);
-    let sum = covered.iter().map(|&byte| u64::from(byte)).sum::<u64>();
+    let bits = (1 << (8 * checksum.bytes)) - 1;
+    let initial = u64::from(checksum.initial);
+    let order = match checksum.encoding {
+        Encoding::Little => ByteOrder::Little,
+        _ => ByteOrder::Big,
+    };
+    let words = covered.chunks(2).map(|word| match *word {
+        [first] => value(&[first, 0], order),
+        _ => value(word, order),
+    });
+    let bytes = covered.iter().map(|&byte| u64::from(byte));
     let computed = match checksum.algorithm {
         Algorithm::Crc(crc) => remainder(&crc, &covered),
-        Algorithm::Sum => sum,
-        Algorithm::InvertedSum => !sum,
-        Algorithm::NegatedSum => sum.wrapping_neg(),
-        Algorithm::Xor => covered.iter().fold(0, |xor, &byte| xor ^ u64::from(byte)),
+        Algorithm::Sum => initial + bytes.sum::<u64>(),
+        Algorithm::CarrySum => bytes.fold(initial, |sum, byte| {
+            let sum = sum + byte;
+            sum % (bits + 1) + sum / (bits + 1)
+        }),
+        Algorithm::SumWords => initial + words.sum::<u64>(),
+        Algorithm::Xor => bytes.fold(initial, |xor, byte| xor ^ byte),
+        Algorithm::XorWords => words.fold(initial, |xor, word| xor ^ word),
         Algorithm::Fletcher => {
             let (mut low, mut high) = (0, 0);
             for byte in covered {
@@ -304,7 +379,7 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
         }
         algorithm => panic!("unknown: {algorithm:?}"),
     };
-    stored == computed % (1 << (8 * checksum.bytes))
+    stored == (computed ^ u64::from(checksum.xor_out)) & bits
 }
 
 /// Computes a CRC bit by bit, as the catalogue defines it.

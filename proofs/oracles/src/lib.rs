@@ -17,13 +17,13 @@
 )]
 
 mod failsafe;
-mod faults;
 mod formats;
 mod frame;
 mod framing;
 mod layout;
 mod line;
 mod outcome;
+mod packets;
 mod parser;
 mod random;
 mod reader;
@@ -31,14 +31,14 @@ mod stream;
 #[cfg(test)]
 mod wrong_reasons;
 
-pub use failsafe::{FailsafeRun, Schedule, ScheduleStep, failsafe};
-pub use faults::{FaultyLine, faults};
+pub use failsafe::{CASES, FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
-pub use layout::{LONGEST, interpret, layouts};
+pub use layout::{LONGEST, interpret, interpret_before, layouts};
 pub use line::{ByteFaults, FaultRates, broken, cut, faulty};
 pub use outcome::Occurred;
+pub use packets::{AnyPackets, PacketCheck, Packets, packets};
 pub use parser::parser;
 pub use random::{Occurrences, Purpose, Seed, whole};
 pub use reader::reader;
@@ -58,12 +58,6 @@ pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
         count_lines(bytes, parser, occurred);
     }),
-    ("faults", |bytes, occurred| {
-        let sorts = ["intact frame", "frame with a commit within", "wrong bits"];
-        let all = structured(bytes, faults).into_iter().flatten();
-        all.zip(sorts)
-            .for_each(|(times, sort)| occurred.count(sort, times as u64));
-    }),
     ("failsafe", |bytes, occurred| {
         let result = structured(bytes, failsafe).unwrap_or_else(|| Ok(FailsafeRun::default()));
         let error = result.as_ref().err().copied();
@@ -82,6 +76,9 @@ pub const TARGETS: [(&str, Target); 6] = [
     }),
     ("framing", |bytes, occurred| {
         count_lines(bytes, framing, occurred);
+    }),
+    ("packets", |bytes, occurred| {
+        count_lines(bytes, packets, occurred);
     }),
     ("formats", |bytes, occurred| {
         let counters = structured(bytes, |line: &FormatLine| (line.format.name, formats(line)));

@@ -8,20 +8,25 @@ use rand_chacha::ChaCha8Rng;
 use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
-/// Returns what arrives of a frame with one fault: a byte has another bit, is lost or is added, or only the frame's
-/// beginning or end arrives. `choose` chooses a number below its argument: the position of the fault, the fault, and the
-/// wrong bit or the added byte.
+/// Returns what arrives of a frame with one fault: a byte has another bit, is lost, added, doubled or misplaced, or
+/// only the frame's beginning or end arrives. `choose` chooses a number below its argument: the position of the fault,
+/// the fault, and the wrong bit, the added byte or the other position.
 ///
 /// # Panics
 /// Panics if the frame is empty.
 pub fn broken(frame: &[u8], mut choose: impl FnMut(usize) -> usize) -> Vec<u8> {
     let mut bytes = frame.to_vec();
     let at = choose(bytes.len());
-    match choose(6) {
+    match choose(8) {
         0 => drop(bytes.remove(at)),
         1 => bytes.insert(at, choose(256).to_le_bytes()[0]),
         2 => bytes.truncate(at),
         3 => drop(bytes.drain(..at)),
+        4 => bytes.insert(at, bytes[at]),
+        5 => {
+            let byte = bytes.remove(at);
+            bytes.insert(choose(bytes.len() + 1), byte);
+        }
         _ => bytes[at] ^= 1 << choose(8),
     }
     bytes
@@ -120,6 +125,24 @@ mod tests {
     fn carried(drop: f64, flip: f64, seed: u64) -> Vec<Option<u8>> {
         let mut faults = ByteFaults::new(FaultRates { drop, flip }, Seed { seed, trial: 0 });
         (0..10_000).map(|_| faults.carry(0)).collect()
+    }
+
+    /// `choose` gives the position, the fault, and what the fault needs.
+    #[test]
+    fn a_broken_frame_has_one_fault() {
+        for (choices, expected) in [
+            ([1, 0, 9], "ace"),
+            ([1, 1, 120], "axbce"),
+            ([2, 2, 9], "ab"),
+            ([1, 3, 9], "bce"),
+            ([1, 4, 9], "abbce"),
+            ([0, 5, 2], "bcae"),
+            ([3, 6, 2], "abca"),
+        ] {
+            let mut choices = choices.into_iter();
+            let bytes = broken(b"abce", |_| choices.next().expect("three choices"));
+            assert_eq!(String::from_utf8(bytes).as_deref(), Ok(expected));
+        }
     }
 
     #[test]

@@ -4,7 +4,12 @@ use std::fmt::Debug;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{Counters, DiscardReason, Line, Parser, Receiver};
+use framelock::{
+    BufferedReceiver, Counters, DiscardReason, FixedFormat, Line, LineEvent, Parser, Receiver,
+};
+use framelock_formats::AnyOf;
+use framelock_formats::layout::CheckedLayout;
+use framelock_formats::motion::{BIN, BIN_CRC8};
 use framelock_proofs::reference::{self, NaiveFormat};
 
 use crate::outcome::{Counted, Outcome, as_counter};
@@ -12,13 +17,16 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// Checks that every machine reports the same as the reference: the frames, their positions, the discarded bytes and
 /// the reasons. Pushed bytes and fed slices must give the same result, wherever the stream is cut. No frame may contain
-/// bytes from both sides of a line event. Every byte and every event must be counted once.
+/// bytes from both sides of a line event. Every byte and every event must be counted once. For the formats of fixed
+/// length, a [`BufferedReceiver`] must deliver the same frames and have the same counters.
 ///
 /// Returns the counters of each machine.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
 pub fn parser(stream: &Stream) -> [Counters; 3] {
+    buffered_receiver_does_the_same::<Bin>(&[BIN], stream);
+    buffered_receiver_does_the_same::<BinCrc8>(&[BIN_CRC8], stream);
     [
         check::<Receiver<Bin>, reference::Bin>(stream),
         check::<Lecture, reference::Lecture>(stream),
@@ -88,6 +96,51 @@ where
         );
     }
     counted.counters
+}
+
+/// Checks that a receiver of the layout delivers the same frames as the receiver of the format, and has the same counters
+/// after each line event and at the end. One receiver of the layout gets the slices by `feed`, and another gets every byte
+/// by `push`.
+fn buffered_receiver_does_the_same<F>(
+    layout: &'static [CheckedLayout<'static>; 1],
+    Stream(steps): &Stream,
+) where
+    F: FixedFormat<Message = Setpoint>,
+{
+    let buffered = || {
+        let receiver = BufferedReceiver::with_buffer(AnyOf(layout), [0; 16]);
+        Line::new(receiver.expect("the buffer holds the longest frame"))
+    };
+    let (mut fixed, mut fed, mut pushed) =
+        (Line::new(Receiver::<F>::new()), buffered(), buffered());
+    let (mut setpoints, mut of_fed, mut of_pushed) = (Vec::new(), Vec::new(), Vec::new());
+    let setpoint = |(_, frame): (usize, &[u8])| Setpoint::from([frame[3], frame[4], frame[5]]);
+    for step in steps.iter().chain([&StreamStep::Event(LineEvent::Idle)]) {
+        match step {
+            StreamStep::Slice(bytes) => {
+                fixed.feed(bytes, |found| setpoints.extend(found.message()));
+                fed.feed(bytes, |found| of_fed.extend(found.decoded().map(setpoint)));
+                for &byte in bytes {
+                    of_pushed.extend(pushed.push(byte).map(|frame| setpoint(frame.message())));
+                }
+                assert_eq!(fixed.counters(), fed.counters(), "{steps:02X?}");
+            }
+            StreamStep::Event(event) => {
+                fixed.event(*event);
+                fed.line_event(*event, |found| of_fed.extend(found.decoded().map(setpoint)));
+                pushed.line_event(*event, |found| {
+                    of_pushed.extend(found.decoded().map(setpoint));
+                });
+                assert_eq!(fixed.counters(), fed.counters(), "fed: {steps:02X?}");
+                assert_eq!(fixed.counters(), pushed.counters(), "pushed: {steps:02X?}");
+            }
+        }
+    }
+    assert_eq!(
+        (&setpoints, &setpoints),
+        (&of_fed, &of_pushed),
+        "{steps:02X?}"
+    );
 }
 
 /// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each frame comes with its

@@ -1,4 +1,4 @@
-//! The input of the targets `parser`, `reader` and `framing`: a stream that is cut into slices,
+//! The input of the targets `parser`, `reader`, `framing` and `packets`: a stream that is cut into slices,
 //! with line events between them.
 
 use arbitrary::{Arbitrary, Unstructured};
@@ -79,27 +79,5 @@ impl<'a> Arbitrary<'a> for StreamStep {
                 _ => LineEvent::Idle,
             }),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The files of the corpus have this layout.
-    #[test]
-    fn bytes_are_read_as_steps() {
-        let u = Unstructured::new(b"\x00\x02AB\x14wxyz\x05\x03q\x26\x0F\x03\xFFrest");
-        assert_eq!(
-            Stream::arbitrary_take_rest(u).expect("enough"),
-            Stream(vec![
-                StreamStep::Slice(b"AB".to_vec()),
-                StreamStep::Slice(b"ABwxyz\rABwxyz\r".to_vec()),
-                StreamStep::Slice(b"qqq".to_vec()),
-                StreamStep::Event(LineEvent::Idle),
-                StreamStep::Event(LineEvent::Parity),
-                StreamStep::Slice(b"rest".to_vec()),
-            ])
-        );
     }
 }

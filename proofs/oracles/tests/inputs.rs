@@ -17,11 +17,17 @@ fn corpus() -> PathBuf {
 /// Returns the outcomes that a target can never have.
 fn impossible(target: &str) -> &'static [&'static str] {
     match target {
-        "parser" => &["bad header", "too long", "unknown message"],
+        "parser" => &[
+            "bad header",
+            "broken stuffing",
+            "too long",
+            "unknown message",
+        ],
         // The only line event that this target reports to the reader is an overrun.
         "reader" => &[
             "bad header",
             "break",
+            "broken stuffing",
             "framing error",
             "idle gap",
             "parity error",
@@ -29,7 +35,15 @@ fn impossible(target: &str) -> &'static [&'static str] {
             "unknown message",
         ],
         // The only line events of this target are idle gaps.
-        "formats" => &["break", "framing error", "overrun", "parity error"],
+        "formats" => &[
+            "break",
+            "broken stuffing",
+            "framing error",
+            "overrun",
+            "parity error",
+        ],
+        "framing" => &["broken stuffing"],
+        "packets" => &["broken sync", "unknown message", "wrong terminator"],
         _ => &[],
     }
 }

@@ -10,28 +10,10 @@
     clippy::struct_excessive_bools,
     reason = "each is a question of its own"
 )]
-#[non_exhaustive]
 pub struct Assumptions {
     /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur before
     /// the corresponding data has been transferred to Data RAM", but does not say how long before.
     pub dma_lag: u64,
-    /// Cycles from the end of a byte until its RXDRDY, which always comes before the next byte. If this lag is at least
-    /// `dma_lag` and not 0, RXDRDY comes after the byte is stored, and after the ENDRX of a full transfer. The
-    /// specification says only that RXDRDY is "likely" to come first. Renode's model raises ENDRX first.
-    pub ready_lag: u64,
-    /// RXDRDY comes when a byte enters the FIFO. By default it comes when the byte reaches the FIFO's
-    /// head, as a Nordic engineer says (Zephyr#27233).
-    pub ready_at_store: bool,
-    /// RXDRDY also comes for a byte with a framing error, which is not stored. The specification does not say whether
-    /// RXDRDY comes for such a byte.
-    pub ready_on_framing_error: bool,
-    /// RXDRDY also comes for a byte that is lost to an overrun. The specification does not say whether RXDRDY comes for
-    /// such a byte.
-    pub ready_on_overrun: bool,
-    /// Number of RXDRDY events that are lost. A trace in Zephyr#49021 lacks one RXDRDY.
-    pub lost_ready: u32,
-    /// Number of RXDRDY events that come twice.
-    pub doubled_ready: u32,
     /// Number of ENDRX events of full transfers that are lost.
     pub lost_end: u32,
     /// Number of ENDRX events of full transfers that come twice.
@@ -67,8 +49,6 @@ pub struct Assumptions {
     /// SEQSTART immediately begins a new period of the PWM. By default the new period begins at the end of the current
     /// one.
     pub start_cuts_period: bool,
-    /// A task that is triggered twice at the same instant acts only once.
-    pub twice_is_once: bool,
     /// Cycles of each instruction, in per cent of its default cycles, at least 100. Models wait states of flash without
     /// the instruction cache (section "NVMC"). Does not lengthen sleep.
     pub slowness: u32,
@@ -78,12 +58,6 @@ impl Default for Assumptions {
     fn default() -> Self {
         Self {
             dma_lag: 32,
-            ready_lag: 0,
-            ready_at_store: false,
-            ready_on_framing_error: false,
-            ready_on_overrun: false,
-            lost_ready: 0,
-            doubled_ready: 0,
             lost_end: 0,
             doubled_end: 0,
             double_lag: 0,
@@ -98,7 +72,6 @@ impl Default for Assumptions {
             start_drops_byte: false,
             start_twice_is_ignored: false,
             start_cuts_period: false,
-            twice_is_once: false,
             slowness: 100,
         }
     }
@@ -107,12 +80,9 @@ impl Default for Assumptions {
 /// The longest lag of EasyDMA, in cycles: less than three tenths of a byte time at 1 Mbaud. EasyDMA is probably never
 /// slower.
 const LONGEST_LAG: u64 = 190;
-/// The longest lag of RXDRDY, in cycles. With this lag, RXDRDY comes just before the next byte at 1 Mbaud.
-const LATEST_READY: u64 = 639;
 
 impl Assumptions {
-    /// Returns these assumptions with some fields changed by `change`. Other crates need this function, because they
-    /// cannot write a literal of a `non_exhaustive` struct.
+    /// Returns these assumptions with some fields changed by `change`.
     ///
     /// ```
     /// use nrf52840_emulator::Assumptions;
@@ -178,17 +148,8 @@ type Deviate = fn(&mut Assumptions, &mut dyn FnMut(u64) -> u64);
 /// All deviations except two. With `doubled_when_open`, firmware cannot distinguish the second ENDRX from the first one,
 /// so the firmware takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops the receiver. The
 /// firmware then waits longer before it starts the receiver again.
-const DEVIATIONS: [(&str, Deviate); 21] = [
+const DEVIATIONS: [(&str, Deviate); 13] = [
     ("dma_lag", |a, up_to| a.dma_lag = up_to(LONGEST_LAG)),
-    ("end_before_ready", |a, _| a.ready_lag = a.dma_lag),
-    ("ready_lag", |a, up_to| a.ready_lag = up_to(LATEST_READY)),
-    ("ready_at_store", |a, _| a.ready_at_store = true),
-    ("ready_on_framing_error", |a, _| {
-        a.ready_on_framing_error = true;
-    }),
-    ("ready_on_overrun", |a, _| a.ready_on_overrun = true),
-    ("lost_ready", |a, up_to| a.lost_ready = few(up_to)),
-    ("doubled_ready", |a, up_to| a.doubled_ready = few(up_to)),
     ("lost_end", |a, up_to| a.lost_end = few(up_to)),
     ("doubled_end", |a, up_to| {
         (a.doubled_end, a.double_lag) = (u32::MAX, up_to(80));
@@ -204,7 +165,6 @@ const DEVIATIONS: [(&str, Deviate); 21] = [
         a.start_twice_is_ignored = true;
     }),
     ("start_cuts_period", |a, _| a.start_cuts_period = true),
-    ("twice_is_once", |a, _| a.twice_is_once = true),
     ("slowness", |a, up_to| {
         a.slowness = 100 + u32::try_from(up_to(50)).expect("a small number");
     }),

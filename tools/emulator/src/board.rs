@@ -4,20 +4,22 @@
 mod controls;
 mod inspection;
 
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
+use defmt_decoder::Table;
 use rsemu::core::space::AddressSpace;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 
 use crate::assumptions::Assumptions;
 use crate::bus::{Shared, address_space};
 use crate::chip::Chip;
-use crate::error::{Error, Refusal, Result};
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
 use crate::trace::{Change, Handlers, ResetCause, Step, Trace};
+use crate::{Error, Result};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
@@ -44,8 +46,8 @@ pub struct Board {
     core: ArmV7m,
     space: Arc<AddressSpace>,
     shared: Arc<Shared>,
-    memory: Memory,
-    image: Image,
+    pub(crate) memory: Memory,
+    pub(crate) image: Image,
     now: u64,
     /// The next instant at which a peripheral acts. Before this instant, only the core acts.
     quiet_until: u64,
@@ -65,6 +67,9 @@ pub struct Board {
     /// The interruptions of the firmware that are still to come: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
+    /// The texts of the log, once they have been read from the ELF, and log bytes that are no whole line yet.
+    pub(crate) log_table: OnceCell<Option<Table>>,
+    pub(crate) log_bytes: Vec<u8>,
     trace: Trace,
     faults_stop: bool,
     /// The value of [`Assumptions::slowness`], and the fraction of a cycle that is carried over, in hundredths.
@@ -102,6 +107,8 @@ impl Board {
             handlers: Handlers::default(),
             hold_offs: VecDeque::new(),
             watches: Vec::new(),
+            log_table: OnceCell::new(),
+            log_bytes: Vec::new(),
             trace: Trace::default(),
             faults_stop: true,
             slowness: Assumptions::default().slowness,
@@ -253,14 +260,14 @@ impl Board {
         if self.shared.touched.load(Relaxed)
             && let Some(refusal) = self.shared.chip().context.refusal.clone()
         {
-            return Err(self.refused(refusal, pc));
+            return Err(self.stopped(&refusal, pc));
         }
         if self.faults_stop && before != after && (3..=6).contains(&after) {
             return Err(self.fault(pc));
         }
         if self.pc == LOCKED_UP {
             if self.faults_stop {
-                return Err(Error::Lockup { pc });
+                return Err(self.stopped("the core locked up", pc));
             }
             self.reset_for(ResetCause::Lockup);
         }
@@ -281,24 +288,18 @@ impl Board {
         Ok(())
     }
 
-    fn refused(&self, refusal: Refusal, pc: u32) -> Error {
-        Error::Refused {
-            refusal,
-            pc,
-            function: self.image.in_function(pc),
-        }
+    /// Returns an error with the program counter and the name of its function.
+    fn stopped(&self, what: &str, pc: u32) -> Error {
+        let function = self.image.function_at(pc);
+        let function = function.map_or("unknown function", |function| &function.name);
+        Error(format!("{what} (pc {pc:#010x}, {function})"))
     }
 
     fn fault(&self, pc: u32) -> Error {
+        let exception = self.core.current_exception().name();
         let (cfsr, hfsr, bfar) = self.core.with_sys(|sys| (sys.cfsr, sys.hfsr, sys.bfar));
-        Error::Fault {
-            exception: self.core.current_exception().name(),
-            pc,
-            function: self.image.in_function(pc),
-            cfsr,
-            hfsr,
-            bfar,
-        }
+        let status = format!("CFSR {cfsr:#010x}, HFSR {hfsr:#010x}, address {bfar:#010x}");
+        self.stopped(&format!("{exception}: {status}"), pc)
     }
 
     /// Lets the chip act up to now, and updates the core's interrupt lines.
@@ -308,7 +309,7 @@ impl Board {
         self.quiet_until = chip.advance(self.now);
         if let Some(refusal) = chip.context.refusal.clone() {
             drop(chip);
-            return Err(self.refused(refusal, self.pc));
+            return Err(self.stopped(&refusal, self.pc));
         }
         let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
         let lines = chip.interrupts();

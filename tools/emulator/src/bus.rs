@@ -7,7 +7,6 @@ use rsemu::core::error::BusError;
 use rsemu::core::space::{AddressSpace, MemAttrs, MemOps, MemResult, Perms, Region};
 
 use crate::chip::Chip;
-use crate::error::{Access, Refusal};
 use crate::memory::{Memory, RAM_START};
 
 /// The chip, shared by the core's accesses and the board. The core's interface requires the lock. Only one thread uses
@@ -97,13 +96,10 @@ impl Window {
     }
 
     /// Rejects an access to less than a word, because registers are words.
-    fn not_a_word(&self, address: u32, access: Access) -> BusError {
+    fn not_a_word(&self, address: u32) -> BusError {
         self.touch();
-        self.chip().context.refuse(Refusal::Unmodelled {
-            access,
-            peripheral: "part of a register",
-            address,
-        });
+        let refusal = format!("access to a part of the register at {address:#010x}");
+        self.chip().context.refuse(refusal);
         BusError::BadAccess
     }
 }
@@ -112,7 +108,7 @@ impl MemOps for Window {
     fn read(&self, offset: u64, into: &mut [u8], attributes: MemAttrs) -> MemResult {
         let address = self.address(offset);
         let Ok(into) = <&mut [u8; 4]>::try_from(into) else {
-            return Err(self.not_a_word(address, Access::Read));
+            return Err(self.not_a_word(address));
         };
         if attributes.is_fetch() {
             return Err(BusError::Protected);
@@ -128,7 +124,7 @@ impl MemOps for Window {
     fn write(&self, offset: u64, from: &[u8], _: MemAttrs) -> MemResult {
         let address = self.address(offset);
         let Ok(from) = <[u8; 4]>::try_from(from) else {
-            return Err(self.not_a_word(address, Access::Write(0)));
+            return Err(self.not_a_word(address));
         };
         let value = u32::from_le_bytes(from);
         self.touch();

@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use crate::clock::{Clock, RESETREAS_LOCKUP, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
-use crate::error::{Access, Refusal};
 use crate::gpio::Gpio;
 use crate::memory::Memory;
 use crate::nonvolatile::{CONFIG, UICR, Uicr, ficr, nvmc, temp};
@@ -16,9 +15,6 @@ use crate::trace::ResetCause;
 use crate::uarte::{Reception, Transmission};
 use crate::watchdog::Watchdog;
 
-/// The limit on the number of events at one instant. More events count as a loop.
-const MOST_EVENTS: usize = 1000;
-
 #[derive(Debug)]
 pub(crate) struct Chip {
     pub(crate) context: Context,
@@ -27,9 +23,6 @@ pub(crate) struct Chip {
     /// Raised events whose shorts and PPI channels have not taken effect yet. Each entry is the peripheral's base and
     /// the event.
     raised: VecDeque<(u32, u32)>,
-    /// The last instant at which a task was triggered, and the tasks of that instant. Used only with
-    /// `Assumptions::twice_is_once`.
-    triggered: (u64, Vec<u32>),
 }
 
 impl Chip {
@@ -39,7 +32,6 @@ impl Chip {
             peripherals: Peripherals::new(),
             uicr: Uicr::default(),
             raised: VecDeque::new(),
-            triggered: (0, Vec::new()),
         }
     }
 
@@ -66,30 +58,15 @@ impl Chip {
         self.uicr.reset();
     }
 
-    /// Returns whether the task has already acted at this instant and must not act again.
-    fn acts_no_more(&mut self, task: u32) -> bool {
-        if !self.context.assumptions.twice_is_once {
-            return false;
-        }
-        let (at, tasks) = &mut self.triggered;
-        if std::mem::replace(at, self.context.now) != self.context.now {
-            tasks.clear();
-        }
-        let acted = tasks.contains(&task);
-        tasks.push(task);
-        acted
-    }
-
     /// If `done` is `None`, records that the access is not modelled.
-    fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
+    fn check<T>(&mut self, done: Option<T>, access: &str, address: u32) -> Option<T> {
         if done.is_none() {
             let base = address & !0xFFF;
             let unit = self.peripherals.at(base).map(|unit| unit.common().name);
-            self.context.refuse(Refusal::Unmodelled {
-                access,
-                peripheral: unit.unwrap_or(if base == UICR { "UICR" } else { "peripheral" }),
-                address,
-            });
+            let unit = unit.unwrap_or(if base == UICR { "UICR" } else { "peripheral" });
+            self.context.refuse(format!(
+                "{access} {unit} at {address:#010x}, which is not modelled"
+            ));
         }
         done
     }
@@ -118,7 +95,7 @@ impl Chip {
             None if base == UICR => self.uicr.read(offset),
             None => None,
         };
-        self.check(value, Access::Read, address)
+        self.check(value, "read of", address)
     }
 
     /// Writes a register, as the firmware would. If the register is not modelled, records this and returns `None`.
@@ -126,8 +103,8 @@ impl Chip {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = if base == UICR {
             if self.peripherals.nvmc[CONFIG] == 0 {
-                let how = "written while NVMC.CONFIG does not enable writing";
-                self.context.refuse(Refusal::misused("UICR", how));
+                let refusal = "UICR: written while NVMC.CONFIG does not enable writing";
+                self.context.refuse(refusal.to_owned());
             }
             self.uicr.write(offset, value)
         } else if offset < 0x100 && value & 1 == 1 {
@@ -138,7 +115,7 @@ impl Chip {
             self.act(base, |unit, context| unit.write(offset, value, context))
         };
         self.follow();
-        self.check(done, Access::Write(value), address)
+        self.check(done, &format!("write of {value:#x} to"), address)
     }
 
     /// Returns whether the debug port is open on a chip of build code F or later.
@@ -152,27 +129,18 @@ impl Chip {
         let done = self.act(base, |unit, context| unit.task(offset, context));
         // If the task itself has recorded a refusal, `check` keeps the task's refusal, because this refusal is more
         // specific.
-        self.check(done, Access::Task, address);
+        self.check(done, "task of", address);
     }
 
     /// Triggers the tasks that follow from the raised events by shorts and PPI, until no event is left.
     fn follow(&mut self) {
-        let mut seen = 0;
         while let Some((base, event)) = self.raised.pop_front() {
-            seen += 1;
-            if seen > MOST_EVENTS {
-                self.raised.clear();
-                let how = "too many events at one instant, so the channels form a loop";
-                return self.context.refuse(Refusal::misused("PPI", how));
-            }
             let unit = self.peripherals.at(base).into_iter();
             let shorted = unit.flat_map(|unit| unit.common().shorted(event));
             let mut tasks: Vec<u32> = shorted.map(|task| base + task).collect();
             tasks.extend(self.peripherals.ppi.tasks(base + event));
             for task in tasks {
-                if !self.acts_no_more(task) {
-                    self.trigger(task);
-                }
+                self.trigger(task);
             }
         }
     }
@@ -227,7 +195,7 @@ pub(crate) struct Peripherals {
     pub(crate) watchdog: Watchdog,
     pwm: Pwm,
     rtc: Rtc,
-    pub(crate) timers: [Timer; 5],
+    pub(crate) timers: [Timer; 3],
     ppi: Ppi,
     gpio: Gpio,
     ficr: Common,
@@ -246,11 +214,9 @@ impl Peripherals {
             pwm: Pwm::new(),
             rtc: Rtc::new(),
             timers: [
-                Timer::new("TIMER0", 0x4000_8000, 4),
-                Timer::new("TIMER1", 0x4000_9000, 4),
-                Timer::new("TIMER2", 0x4000_A000, 4),
-                Timer::new("TIMER3", 0x4001_A000, 6),
-                Timer::new("TIMER4", 0x4001_B000, 6),
+                Timer::new("TIMER0", 0x4000_8000),
+                Timer::new("TIMER1", 0x4000_9000),
+                Timer::new("TIMER2", 0x4000_A000),
             ],
             ppi: Ppi::new(),
             gpio: Gpio::new(),
@@ -260,8 +226,8 @@ impl Peripherals {
         }
     }
 
-    fn all(&mut self) -> [&mut dyn Peripheral; 16] {
-        let [timer0, timer1, timer2, timer3, timer4] = &mut self.timers;
+    fn all(&mut self) -> [&mut dyn Peripheral; 14] {
+        let [timer0, timer1, timer2] = &mut self.timers;
         [
             &mut self.clock,
             &mut self.uarte0,
@@ -272,8 +238,6 @@ impl Peripherals {
             timer0,
             timer1,
             timer2,
-            timer3,
-            timer4,
             &mut self.ppi,
             &mut self.gpio,
             &mut self.ficr,

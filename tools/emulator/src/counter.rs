@@ -1,9 +1,10 @@
 //! A counter driven by a clock, with compare registers, as in TIMER and RTC. It computes the count at an instant, and the
 //! next instant at which the count reaches a value.
 
-/// The offset of the first compare register, and of its event.
+/// The offset of the first compare register.
 const CC: u32 = 0x540;
-const COMPARE: u32 = 0x140;
+/// The events of the compare registers.
+pub(crate) const COMPARES: [u32; 4] = [0x140, 0x144, 0x148, 0x14C];
 
 /// A wrapping counter that counts at a fixed rate while it runs.
 #[derive(Clone, Debug)]
@@ -20,11 +21,11 @@ pub(crate) struct Counter {
     /// Counts that were reached up to this instant have been handled.
     pub(crate) seen: u64,
     /// The values of CC. An event is raised when the count *becomes* one of them.
-    compares: Vec<u32>,
+    compares: [u32; 4],
 }
 
 impl Counter {
-    pub(crate) fn new(counts: u64, cycles: u64, mask: u32, compares: usize) -> Self {
+    pub(crate) fn new(counts: u64, cycles: u64, mask: u32) -> Self {
         Self {
             counts,
             cycles,
@@ -33,14 +34,8 @@ impl Counter {
             count: 0,
             since: 0,
             seen: 0,
-            compares: vec![0; compares],
+            compares: [0; 4],
         }
-    }
-
-    /// Returns the events of the compare registers.
-    pub(crate) fn events(&self) -> Vec<u32> {
-        let events = (COMPARE..).step_by(4).zip(&self.compares);
-        events.map(|(event, _)| event).collect()
     }
 
     /// Returns the compare register at this offset.
@@ -109,7 +104,7 @@ impl Counter {
     pub(crate) fn reached(&mut self, now: u64) -> (u32, impl Iterator<Item = u32>) {
         self.seen = now;
         let count = self.at(now);
-        let compares = (COMPARE..).step_by(4).zip(&self.compares);
+        let compares = COMPARES.into_iter().zip(&self.compares);
         let reached = compares.filter(move |(_, compare)| **compare == count);
         (count, reached.map(|(event, _)| event))
     }

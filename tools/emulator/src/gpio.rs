@@ -52,10 +52,8 @@ impl Gpio {
         (self.out & outputs | inputs & !outputs) & buffered
     }
 
-    /// Records the levels of the output pins, and sets an undriven line to the level of its pin's pull-up.
+    /// Records the levels of the output pins.
     pub(crate) fn show(&self, context: &mut Context) {
-        let high = self.pins(pulls_up) >> context.line_pin & 1 == 1;
-        context.line.float(context.now, high);
         let pins = Pins {
             outputs: ports(self.outputs()),
             high: ports(self.out & self.outputs()),

@@ -4,8 +4,8 @@ use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 
-use crate::error::{Error, Result};
 use crate::memory::Memory;
+use crate::{Error, Result};
 
 /// A function or a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +26,8 @@ pub struct Image {
     /// The bytes to load, and their physical addresses, as for a flash programmer.
     segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<Symbol>,
+    /// The ELF, in which the log's texts are.
+    pub(crate) elf: Vec<u8>,
 }
 
 impl Image {
@@ -34,14 +36,14 @@ impl Image {
     /// # Errors
     /// Returns an error if the bytes are not such an ELF.
     pub fn parse(elf: &[u8]) -> Result<Self> {
-        let unreadable = |error: object::Error| Error::Image(error.to_string());
+        let unreadable = |error: object::Error| Error(error.to_string());
         let file = ElfFile32::<Endianness>::parse(elf).map_err(unreadable)?;
         let endian = file.endian();
         let mut segments = Vec::new();
         for header in file.elf_program_headers() {
             if header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0 {
                 let bytes = header.data(endian, elf);
-                let bytes = bytes.map_err(|()| Error::Image("a segment is cut off".to_owned()))?;
+                let bytes = bytes.map_err(|()| Error("a segment is cut off".to_owned()))?;
                 segments.push((header.p_paddr(endian), bytes.to_owned()));
             }
         }
@@ -60,15 +62,21 @@ impl Image {
                 function,
             })
         });
-        let symbols = symbols.collect();
-        Ok(Self { segments, symbols })
+        Ok(Self {
+            segments,
+            symbols: symbols.collect(),
+            elf: elf.to_owned(),
+        })
     }
 
     /// Creates an image from machine code that begins at address 0.
     #[must_use]
     pub fn of_code(code: Vec<u8>, symbols: Vec<Symbol>) -> Self {
-        let segments = vec![(0, code)];
-        Self { segments, symbols }
+        Self {
+            segments: vec![(0, code)],
+            symbols,
+            elf: Vec::new(),
+        }
     }
 
     /// Returns the symbol whose entire name is `name`. If there is none, returns the symbol whose name ends with `name`
@@ -90,10 +98,10 @@ impl Image {
         found.dedup_by_key(|symbol| symbol.address);
         match found.as_slice() {
             [symbol] => Ok(symbol),
-            _ => Err(Error::Symbol {
-                name: name.to_owned(),
-                found: found.len(),
-            }),
+            _ => Err(Error(format!(
+                "the image has {} symbols named `{name}`, not one",
+                found.len()
+            ))),
         }
     }
 
@@ -110,16 +118,10 @@ impl Image {
         functions.find(|symbol| (symbol.address..symbol.address + symbol.size).contains(&address))
     }
 
-    /// Returns ", in NAME" for messages, or an empty string.
-    pub(crate) fn in_function(&self, address: u32) -> String {
-        let function = self.function_at(address);
-        function.map_or_else(String::new, |function| format!(", in {}", function.name))
-    }
-
     /// Writes the image to flash.
     pub(crate) fn load(&self, memory: &Memory) -> Result<()> {
         for (address, bytes) in &self.segments {
-            let outside = || Error::Image(format!("a segment at {address:#010x} is outside flash"));
+            let outside = || Error(format!("a segment at {address:#010x} is outside flash"));
             memory.write(*address, bytes).ok_or_else(outside)?;
         }
         Ok(())

@@ -24,7 +24,7 @@
 //! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
 //! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
-//! | TIMER0 to 4 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
+//! | TIMER0 to 2 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
 //! | RTC1 | `rtc.rs`, `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | a sequence of one step from RAM, pulses on the pins |
@@ -66,7 +66,6 @@ mod bus;
 mod chip;
 mod clock;
 mod counter;
-mod error;
 mod gpio;
 mod image;
 mod line;
@@ -84,12 +83,19 @@ mod watchdog;
 
 pub use assumptions::Assumptions;
 pub use board::Board;
-pub use error::{Access, Error, Refusal, Result};
 pub use image::{Image, Symbol};
 pub use line::{SerialLine, Symbol as LineSymbol};
-pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};
+
+/// Why the emulation stopped, or why an image cannot be used: an action of the firmware, or a gap in the model. The text
+/// is for people.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct Error(String);
+
+/// A result with this crate's error.
+pub type Result<T> = std::result::Result<T, Error>;
 
 /// Cycles of the core clock in a second.
 pub const CYCLES_PER_SECOND: u64 = 64_000_000;

@@ -11,7 +11,7 @@ use crate::CYCLES_PER_SECOND;
 /// A signal that the sender can put on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symbol {
-    /// A start bit, eight data bits with the lowest first, the parity bit if any, and a stop bit.
+    /// A start bit, eight data bits with the lowest first, and a stop bit.
     Byte(u8),
     /// A byte whose stop bit is low, followed by a high bit: a framing error.
     BadStop(u8),
@@ -23,7 +23,6 @@ pub enum Symbol {
 
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "levels and settings")]
 pub struct SerialLine {
     /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.
@@ -33,14 +32,11 @@ pub struct SerialLine {
     /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
-    even_parity: bool,
     /// The instant at which the sender's bit 0 began, and the number of bits that the sender has sent since.
     origin: u64,
     bits: u64,
     /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.
     characters: VecDeque<(u64, u64)>,
-    /// Whether nobody drives the line. Then the pin's pull-up sets the level.
-    pub(crate) floats: bool,
 }
 
 impl SerialLine {
@@ -51,25 +47,9 @@ impl SerialLine {
             level: true,
             sender_level: true,
             millibaud: 115_200_000,
-            even_parity: false,
             origin: 0,
             bits: 0,
             characters: VecDeque::new(),
-            floats: false,
-        }
-    }
-
-    /// Disconnects the sender. The line is then high if the pin's pull-up is on, and otherwise low. A real unconnected
-    /// line picks up noise.
-    pub fn unplug(&mut self) {
-        self.floats = true;
-    }
-
-    /// Sets the level of a line that nobody drives: high if the pin's pull-up is now on.
-    pub(crate) fn float(&mut self, now: u64, high: bool) {
-        if self.floats && self.level_at(now) != high {
-            self.toggles.retain(|toggle| *toggle <= now);
-            self.toggle(now);
         }
     }
 
@@ -82,11 +62,6 @@ impl SerialLine {
         self.origin = self.free_at();
         self.bits = 0;
         self.millibaud = millibaud;
-    }
-
-    /// Lets the sender add an even parity bit to each character.
-    pub fn add_even_parity(&mut self) {
-        self.even_parity = true;
     }
 
     /// Returns the instant at which the sender will have sent all symbols so far, in cycles.
@@ -127,9 +102,6 @@ impl SerialLine {
         self.hold(false, 1);
         for bit in 0..8 {
             self.hold(byte >> bit & 1 == 1, 1);
-        }
-        if self.even_parity {
-            self.hold(byte.count_ones() % 2 == 1, 1);
         }
         self.hold(stop, 1);
         if !stop {

@@ -3,38 +3,69 @@
 //!
 //! RTT's control block `_SEGGER_RTT` is SEGGER's `SEGGER_RTT_CB`. It begins with "SEGGER RTT" padded to 16 bytes, the
 //! number of up-channels and the number of down-channels. Then it has six words for each up-channel: name, buffer,
-//! size, write offset, read offset, flags.
+//! size, write offset, read offset, flags. Firmware with defmt logs to the first up-channel.
 
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use defmt_decoder::{DecodeError, Table};
 
 use crate::board::Board;
-use crate::error::{Error, Result};
+use crate::image::Image;
 use crate::memory::Memory;
 
 const MAGIC: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
-const CHANNELS: u32 = 24;
-const CHANNEL_SIZE: u32 = 24;
+/// The offset of the first up-channel.
+const CHANNEL: u32 = 24;
 
 impl Board {
-    /// Takes the bytes that the firmware has written to an RTT up-channel since the last call. Returns no bytes if the
-    /// channel does not exist yet.
-    pub fn take_rtt(&mut self, channel: u32) -> Vec<u8> {
-        let memory = self.memory().clone();
-        let control = self.image().symbol("_SEGGER_RTT").ok();
-        let taken = control.and_then(|control| take(&memory, control.address, channel));
-        taken.unwrap_or_default()
+    /// Returns the log's lines since the last call, each with its level and text. Firmware without defmt has no log.
+    /// Bytes that cannot be decoded are reported in a line.
+    ///
+    /// # Panics
+    /// Panics if the ELF's texts have another version of defmt's format.
+    pub fn log(&mut self) -> Vec<String> {
+        let table = self.log_table.get_or_init(|| {
+            Table::parse(&self.image.elf).expect("the texts of the firmware's log")
+        });
+        self.log_bytes
+            .extend(take_rtt(&self.memory, &self.image).unwrap_or_default());
+        // A zero ends each of the log's frames.
+        let whole = self.log_bytes.iter().rposition(|byte| *byte == 0);
+        let bytes: Vec<u8> = self
+            .log_bytes
+            .drain(..whole.map_or(0, |last| last + 1))
+            .collect();
+        let mut lines = Vec::new();
+        let Some(table) = table else {
+            return lines;
+        };
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&bytes);
+        loop {
+            match decoder.decode() {
+                Ok(frame) => {
+                    let level = frame.level().map_or("", |level| level.as_str());
+                    let level = level.to_uppercase();
+                    lines.push(format!("{level:5} {}", frame.display_message()));
+                }
+                Err(DecodeError::UnexpectedEof) => return lines,
+                Err(DecodeError::Malformed) => {
+                    lines.push("(log bytes that are no defmt frame)".to_owned());
+                }
+            }
+        }
     }
 }
 
-fn take(memory: &Memory, control: u32, channel: u32) -> Option<Vec<u8>> {
+/// Takes the bytes that the firmware has written to RTT since the last call. Returns `None` before the firmware has
+/// prepared RTT.
+fn take_rtt(memory: &Memory, image: &Image) -> Option<Vec<u8>> {
+    let control = image.symbol("_SEGGER_RTT").ok()?.address;
     let mut magic = [0; 16];
     memory.read(control, &mut magic)?;
-    if magic != *MAGIC || channel >= memory.word(control + 16)? {
+    if magic != *MAGIC || memory.word(control + 16)? == 0 {
         return None;
     }
-    let block = control + CHANNELS + channel * CHANNEL_SIZE;
-    let (buffer, size) = (memory.word(block + 4)?, memory.word(block + 8)?);
-    let (write, read) = (memory.word(block + 12)?, memory.word(block + 16)?);
+    let word = |n: u32| memory.word(control + CHANNEL + 4 * n);
+    let (buffer, size, write, read) = (word(1)?, word(2)?, word(3)?, word(4)?);
     if write >= size || read >= size {
         return None;
     }
@@ -49,68 +80,35 @@ fn take(memory: &Memory, control: u32, channel: u32) -> Option<Vec<u8>> {
         memory.read(buffer + from, &mut piece)?;
         taken.append(&mut piece);
     }
-    memory.write(block + 16, &write.to_le_bytes())?;
+    memory.write(control + CHANNEL + 16, &write.to_le_bytes())?;
     Some(taken)
 }
 
-/// The log's texts from the ELF.
-pub struct LogTable {
-    table: Option<Table>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Symbol;
+    use crate::memory::RAM_START;
 
-impl LogTable {
-    /// Reads the texts from the ELF. Firmware without defmt has an empty table and no log.
-    ///
-    /// # Errors
-    /// Returns an error if the ELF is invalid, or uses another version of defmt's format.
-    pub fn parse(elf: &[u8]) -> Result<Self> {
-        let table = Table::parse(elf).map_err(|error| Error::Image(format!("{error:#}")))?;
-        Ok(Self { table })
-    }
-
-    /// Returns a decoder for one stream of bytes.
-    #[must_use]
-    pub fn decoder(&self) -> LogDecoder<'_> {
-        LogDecoder {
-            decoder: self.table.as_ref().map(Table::new_stream_decoder),
-        }
-    }
-}
-
-/// Decodes bytes into log lines.
-pub struct LogDecoder<'table> {
-    decoder: Option<Box<dyn StreamDecoder + Send + Sync + 'table>>,
-}
-
-impl LogDecoder<'_> {
-    /// Takes the next bytes. Returns the lines that these bytes complete, each with its level and text. Bytes
-    /// that cannot be decoded are reported in a line.
-    pub fn lines(&mut self, bytes: &[u8]) -> Vec<String> {
-        let Some(decoder) = &mut self.decoder else {
-            return Vec::new();
+    /// The test prepares RTT's control block and reads it like a debug probe.
+    #[test]
+    fn rtt_is_read_across_the_end_of_its_buffer() {
+        let (memory, control, buffer) = (Memory::new(), RAM_START, RAM_START + 0x100);
+        let symbol = Symbol {
+            name: "_SEGGER_RTT".to_owned(),
+            address: control,
+            size: 48,
+            function: false,
         };
-        decoder.received(bytes);
-        let mut lines = Vec::new();
-        loop {
-            match decoder.decode() {
-                Ok(frame) => {
-                    let level = frame.level().map_or("", |level| level.as_str());
-                    lines.push(format!(
-                        "{:5} {}",
-                        level.to_uppercase(),
-                        frame.display_message()
-                    ));
-                }
-                Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => {
-                    lines.push("(log bytes that are no defmt frame)".to_owned());
-                    // This encoding has no separators between frames, so the decoder cannot find the next frame.
-                    if lines.len() > bytes.len() {
-                        break;
-                    }
-                }
-            }
-        }
-        lines
+        let image = Image::of_code(Vec::new(), vec![symbol]);
+        assert_eq!(take_rtt(&memory, &image), None);
+        let words = [1, 0, 0, buffer, 8, 2, 6, 0].map(u32::to_le_bytes).concat();
+        let written = [
+            memory.write(control, &[MAGIC, &*words].concat()),
+            memory.write(buffer, b"cdXXXXab"),
+        ];
+        assert_eq!(written, [Some(()); 2]);
+        assert_eq!(take_rtt(&memory, &image), Some(b"abcd".to_vec()));
+        assert_eq!(take_rtt(&memory, &image), Some(Vec::new()));
     }
 }

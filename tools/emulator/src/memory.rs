@@ -4,8 +4,6 @@ use std::sync::Arc;
 
 use rsemu::core::space::RamStore;
 
-use crate::error::Refusal;
-
 /// The size of flash in bytes, from address 0: nRF52840 Product Specification, section "Memory".
 pub const FLASH_SIZE: u32 = 1 << 20;
 /// The first address of RAM.
@@ -62,19 +60,19 @@ impl Memory {
     }
 
     /// Reads RAM for EasyDMA, which can read nothing else: section "EasyDMA".
-    pub(crate) fn dma_read(&self, address: u32, into: &mut [u8]) -> Result<(), Refusal> {
+    pub(crate) fn dma_read(&self, address: u32, into: &mut [u8]) -> Result<(), String> {
         dma(address, |offset| self.ram.read_at(offset, into).ok())
     }
 
     /// Writes RAM for EasyDMA, which can write nothing else: section "EasyDMA".
-    pub(crate) fn dma_write(&self, address: u32, bytes: &[u8]) -> Result<(), Refusal> {
+    pub(crate) fn dma_write(&self, address: u32, bytes: &[u8]) -> Result<(), String> {
         dma(address, |offset| self.ram.write_at(offset, bytes).ok())
     }
 }
 
 /// Calls `access` with the address's offset in RAM.
-fn dma(address: u32, access: impl FnOnce(u64) -> Option<()>) -> Result<(), Refusal> {
+fn dma(address: u32, access: impl FnOnce(u64) -> Option<()>) -> Result<(), String> {
     let offset = address.checked_sub(RAM_START).map(u64::from);
-    let refusal = Refusal::DmaOutsideRam { address };
-    offset.and_then(access).ok_or(refusal)
+    let refusal = || format!("EasyDMA to {address:#010x}, which is not RAM");
+    offset.and_then(access).ok_or_else(refusal)
 }

@@ -7,7 +7,6 @@ use std::ops::{Index, RangeInclusive};
 
 use crate::MICROSECOND;
 use crate::assumptions::Assumptions;
-use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::memory::Memory;
 use crate::trace::{Period, Pins};
@@ -72,7 +71,7 @@ pub(crate) struct Context {
     /// Offsets of the events that the acting peripheral has raised.
     pub(crate) raised: Vec<u32>,
     /// The first action that was rejected, if any.
-    pub(crate) refusal: Option<Refusal>,
+    pub(crate) refusal: Option<String>,
 }
 
 impl Context {
@@ -98,12 +97,12 @@ impl Context {
     }
 
     /// Records only the first refusal, because later refusals are consequences of the first one.
-    pub(crate) fn refuse(&mut self, refusal: Refusal) {
+    pub(crate) fn refuse(&mut self, refusal: String) {
         self.refusal.get_or_insert(refusal);
     }
 
     /// Returns the value, or records the refusal and returns `None`.
-    pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
+    pub(crate) fn check<T>(&mut self, outcome: Result<T, String>) -> Option<T> {
         outcome.map_err(|refusal| self.refuse(refusal)).ok()
     }
 }

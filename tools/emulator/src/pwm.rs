@@ -8,7 +8,6 @@
 //! runs, the new sequence begins at the end of the period. EasyDMA fetches the step at SEQSTART.
 
 use crate::MICROSECOND;
-use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{ANY, Common, Context, Peripheral};
 use crate::trace::Period;
@@ -67,10 +66,10 @@ impl Pwm {
         }
     }
 
-    fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
+    fn start(&mut self, context: &mut Context) -> Result<(), String> {
         if [ENABLE, DECODER, CNT].map(|offset| self.common[offset]) != [1, INDIVIDUAL, STEP] {
             let how = "started while not enabled, or without individual load in DECODER, or without SEQ.CNT";
-            return Err(Refusal::misused("PWM0", how));
+            return Err(format!("PWM0: {how}"));
         }
         let mut bytes = [0; 8];
         context.memory.dma_read(self.common[PTR], &mut bytes)?;

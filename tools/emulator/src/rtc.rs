@@ -8,7 +8,7 @@
 //! The model does not check that the firmware has started this clock.
 
 use crate::CYCLES_PER_SECOND;
-use crate::counter::Counter;
+use crate::counter::{COMPARES, Counter};
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -28,8 +28,8 @@ pub(crate) struct Rtc {
 
 impl Rtc {
     pub(crate) fn new() -> Self {
-        let counter = Counter::new(HERTZ, CYCLES_PER_SECOND, MASK, 4);
-        let events = [&[OVRFLW], &*counter.events()].concat();
+        let counter = Counter::new(HERTZ, CYCLES_PER_SECOND, MASK);
+        let events = [&[OVRFLW], &COMPARES[..]].concat();
         let mut common = Common::new("RTC1", 0x4001_1000, &events, &[], &[]);
         common.raised_only_if_enabled = true;
         Self { common, counter }

@@ -1,10 +1,10 @@
-//! TIMER0 to TIMER4: nRF52840 Product Specification, section "TIMER".
+//! TIMER0 to TIMER2: nRF52840 Product Specification, section "TIMER".
 //!
 //! A timer of 32 bits counts cycles of 16 MHz / 2^PRESCALER, or triggers of the COUNT task in counter mode.
 //! COMPARE\[n\] is raised when the count *becomes* CC\[n\]; a capture copies the count to CC\[n\].
 
 use crate::MICROSECOND;
-use crate::counter::Counter;
+use crate::counter::{COMPARES, Counter};
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, Short};
 
@@ -29,17 +29,14 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    /// Creates a timer with `compares` compare registers: 4 for TIMER0 to TIMER2, 6 for TIMER3 and
-    /// TIMER4.
-    pub(crate) fn new(name: &'static str, base: u32, compares: usize) -> Self {
-        let counter = Counter::new(1, MICROSECOND, u32::MAX, compares);
-        let events = counter.events();
-        let clear = (0..).zip(&events).map(|(n, at)| (1 << n, *at, CLEAR));
-        let stop = (8..).zip(&events).map(|(n, at)| (1 << n, *at, STOP));
+    pub(crate) fn new(name: &'static str, base: u32) -> Self {
+        let counter = Counter::new(1, MICROSECOND, u32::MAX);
+        let clear = (0..).zip(COMPARES).map(|(n, at)| (1 << n, at, CLEAR));
+        let stop = (8..).zip(COMPARES).map(|(n, at)| (1 << n, at, STOP));
         let shorts: Vec<Short> = clear.chain(stop).collect();
         let plain = [(MODE, 0, 0..=2), (BITMODE, 0, 0..=3), (PRESCALER, 4, 0..=9)];
         Self {
-            common: Common::new(name, base, &events, &shorts, &plain),
+            common: Common::new(name, base, &COMPARES, &shorts, &plain),
             running: false,
             counter,
         }

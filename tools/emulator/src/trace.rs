@@ -5,7 +5,6 @@ use crate::MICROSECOND;
 
 /// Why the chip was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum ResetCause {
     /// The reset pin was pulled: [`crate::Board::reset`].
     Pin,
@@ -30,7 +29,6 @@ pub struct Pins {
 
 /// One period of the pulses on the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Period {
     /// The beginning of the period, in cycles.
     pub at: u64,
@@ -52,7 +50,6 @@ impl Period {
 
 /// A change of a watched word in RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Change {
     /// The number that [`crate::Board::watch`] returned for the word.
     pub watch: usize,
@@ -64,7 +61,6 @@ pub struct Change {
 
 /// One run of an exception handler, from entry to return, without the handlers that preempted it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Activation {
     /// The exception's number: 16 + n for interrupt n.
     pub exception: u16,
@@ -76,7 +72,6 @@ pub struct Activation {
 
 /// A reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Reset {
     /// The instant of the reset.
     pub at: u64,
@@ -86,7 +81,6 @@ pub struct Reset {
 
 /// All events so far. The trace keeps growing. In a long run, empty it from time to time with `std::mem::take`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Trace {
     /// Changes of the watched words.
     pub changes: Vec<Change>,

@@ -1,16 +1,18 @@
 //! Runs CBMC on a harness, and reads CBMC's answer.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use serde::{Deserialize, Serialize};
 
-use crate::cbmc_setup::Cbmc;
 use crate::child_processes::status_within;
 use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
@@ -28,7 +30,7 @@ const CHECKS_OF_C: [&str; 6] = [
 ];
 
 /// The result for a harness.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Answer {
     pub(crate) harness: String,
     pub(crate) verdict: Verdict,
@@ -45,12 +47,13 @@ pub(crate) struct Answer {
 }
 
 /// The outcomes of a harness, from the worst to the best.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
     /// An assertion fails, or the program panics or has undefined behaviour. CBMC may then leave other properties open.
     Failed,
     /// The harness could not be checked.
+    #[default]
     Error,
     /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
@@ -162,7 +165,6 @@ impl Property {
 /// Checks a harness, unless its program was proved before. Keeps the program, the answer and the
 /// proof in files.
 pub(crate) fn check(
-    cbmc: &Cbmc,
     program: impl FnOnce() -> Result<String>,
     harness: &Harness,
     cache: &ProofCache,
@@ -171,22 +173,16 @@ pub(crate) fn check(
     let start = Instant::now();
     let mut answer = Answer {
         harness: harness.name.clone(),
-        verdict: Verdict::NoAnswerInTime,
-        failures: Vec::new(),
-        inputs: Vec::new(),
-        properties: 0,
         covers: harness.covers.len(),
-        is_old: false,
-        seconds: 0.0,
+        ..Answer::default()
     };
     let run = Run {
-        cbmc,
+        cache,
         harness,
-        source: &cache.source(harness),
-        limit,
-        start,
+        source: cache.source(harness),
+        ends: start + limit,
     };
-    let done = program().and_then(|program| run.all(program, cache, &mut answer));
+    let done = program().and_then(|program| run.all(program, &mut answer));
     if let Err(error) = done {
         answer.verdict = Verdict::Error;
         answer.failures.push(format!("{error:#}"));
@@ -255,26 +251,26 @@ fn place(cover: &str) -> String {
 
 /// The runs of CBMC for one harness.
 struct Run<'a> {
-    cbmc: &'a Cbmc,
+    cache: &'a ProofCache,
     harness: &'a Harness,
-    source: &'a Path,
-    limit: Duration,
-    start: Instant,
+    source: PathBuf,
+    /// The end of the harness's time.
+    ends: Instant,
 }
 
 impl Run<'_> {
-    fn all(&self, program: String, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
-        let proof = cache.proof(&program, &self.command(&[]), self.harness);
+    fn all(&self, program: String, answer: &mut Answer) -> Result<()> {
+        let proof = self.cache.proof(&program, &self.command(&[]), self.harness);
         if let Ok(properties) = fs::read_to_string(&proof) {
             (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
             answer.is_old = true;
             return Ok(());
         }
-        fs::write(self.source, program)?;
+        fs::write(&self.source, program)?;
         let Some(properties) = self.properties(&[])? else {
-            let seconds = self.limit.as_secs();
-            let what = format!("no answer in {seconds} s; use --timeout to allow more");
-            answer.failures.push(what);
+            answer.verdict = Verdict::NoAnswerInTime;
+            let what = "no answer in time; use --timeout to allow more";
+            answer.failures.push(what.to_owned());
             return Ok(());
         };
         answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
@@ -285,11 +281,6 @@ impl Run<'_> {
         }
         if answer.verdict == Verdict::Proved {
             fs::write(proof, answer.properties.to_string())?;
-            let milliseconds = self.start.elapsed().as_millis();
-            fs::write(
-                cache.milliseconds_file(self.harness),
-                milliseconds.to_string(),
-            )?;
         }
         Ok(())
     }
@@ -318,7 +309,7 @@ impl Run<'_> {
         let answer = self.source.with_extension("json");
         let mut command = self.command(more);
         command.stdout(File::create(&answer)?).stderr(Stdio::null());
-        let left = self.limit.saturating_sub(self.start.elapsed());
+        let left = self.ends.saturating_duration_since(Instant::now());
         if status_within(left, &mut command)?.is_none() {
             return Ok(None);
         }
@@ -330,9 +321,9 @@ impl Run<'_> {
 
     /// Returns the command that checks the program.
     fn command(&self, more: &[&str]) -> Command {
-        let mut command = Command::new(&self.cbmc.program);
+        let mut command = Command::new(&self.cache.cbmc.program);
         command
-            .arg(self.source)
+            .arg(&self.source)
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
             // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
@@ -365,151 +356,4 @@ fn read(answer: &str) -> Result<Vec<Property>> {
     let errors = errors.join("; ");
     let found = parts.into_iter().find_map(|part| part.result);
     found.context(errors)
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(
-        clippy::unwrap_used,
-        clippy::indexing_slicing,
-        reason = "a panic fails the test"
-    )]
-
-    use super::*;
-
-    fn harness(unwind: u32) -> Harness {
-        Harness {
-            name: "module::harness".to_owned(),
-            symbol: String::new(),
-            unwind: Some(unwind),
-            covers: BTreeSet::from(["a cover".to_owned()]),
-            ends_with_cover: true,
-            language: Language::Rust,
-        }
-    }
-
-    /// Returns the verdict for CBMC's answer with these statuses.
-    fn verdict([assertion, bound, cover, end]: [&str; 4]) -> Result<Verdict> {
-        let property = |id, description: &str, status| {
-            format!(r#"{{"property":"{id}","description":"{description}","status":"{status}"}}"#)
-        };
-        let properties = [
-            property("f.assertion.1", "assertion failed: true", assertion),
-            property("f.unwind.0", "unwinding assertion loop 0", bound),
-            property("f.assertion.2", &format!("{COVER}a cover"), cover),
-            property("f.assertion.3", END, end),
-        ];
-        let properties = read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(",")))?;
-        Ok(classify(&properties, &harness(1)).0)
-    }
-
-    #[test]
-    fn a_harness_is_proved_only_if_every_property_holds_and_every_goal_is_reached() {
-        const PROVED: [&str; 4] = ["SUCCESS", "SUCCESS", "FAILURE", "FAILURE"];
-        assert_eq!(verdict(PROVED).unwrap(), Verdict::Proved);
-        let wrong = [
-            (0, "FAILURE", Verdict::Failed),
-            (0, "UNKNOWN", Verdict::Error),
-            (0, "ERROR", Verdict::Error),
-            (1, "FAILURE", Verdict::UnwindingTooSmall),
-            (1, "UNKNOWN", Verdict::Error),
-            (1, "ERROR", Verdict::Error),
-            (2, "SUCCESS", Verdict::CoverUnsatisfied),
-            (2, "UNKNOWN", Verdict::CoverUnsatisfied),
-            (2, "ERROR", Verdict::CoverUnsatisfied),
-            (3, "SUCCESS", Verdict::Vacuous),
-            (3, "UNKNOWN", Verdict::Vacuous),
-            (3, "ERROR", Verdict::Vacuous),
-        ];
-        for (place, status, expected) in wrong {
-            let mut statuses = PROVED;
-            statuses[place] = status;
-            assert_eq!(verdict(statuses).unwrap(), expected, "{statuses:?}");
-        }
-        verdict(["DONE", "SUCCESS", "FAILURE", "FAILURE"]).expect_err("an unknown status");
-    }
-
-    #[test]
-    fn a_harness_is_proved_only_if_each_of_its_covers_is_satisfied() {
-        let mut harness = harness(1);
-        harness.covers.insert("another cover".to_owned());
-        let verdict = |satisfied: &[&str]| {
-            let covers = satisfied.iter().map(|cover| format!("{COVER}{cover}"));
-            let properties = covers.chain([END.to_owned()]).map(|description| {
-                format!(r#"{{"property":"f.assertion.1","description":"{description}","status":"FAILURE"}}"#)
-            });
-            let properties: Vec<String> = properties.collect();
-            let properties =
-                read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(","))).unwrap();
-            classify(&properties, &harness).0
-        };
-        assert_eq!(verdict(&["a cover", "another cover"]), Verdict::Proved);
-        for satisfied in [&["a cover"][..], &["another cover"], &[]] {
-            assert_eq!(
-                verdict(satisfied),
-                Verdict::CoverUnsatisfied,
-                "{satisfied:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn an_answer_without_properties_is_an_error_with_the_message_of_cbmc() {
-        let answer = r#"[{"messageType":"ERROR","messageText":"out of memory"}]"#;
-        let error = read(answer).map(|_| ()).expect_err("no properties");
-        assert_eq!(error.to_string(), "out of memory");
-    }
-
-    #[test]
-    fn a_proof_counts_only_for_the_same_program_arguments_covers_and_engine() {
-        let folder = std::env::temp_dir().join(format!("framelock-proofs-{}", std::process::id()));
-        let anew = |is_wanted| {
-            let cbmc = Cbmc {
-                program: "cbmc".into(),
-                says: "CBMC 6".to_owned(),
-            };
-            ProofCache::new(&folder, &cbmc, is_wanted).unwrap();
-        };
-        let proof = |program: &str, says: &str, harness: &Harness| {
-            let (says, path) = (says.to_owned(), "cbmc".into());
-            let cbmc = Cbmc {
-                program: path,
-                says,
-            };
-            let cache = ProofCache::new(&folder, &cbmc, false).unwrap();
-            let run = Run {
-                cbmc: &cbmc,
-                harness,
-                source: Path::new("harness.c"),
-                limit: Duration::ZERO,
-                start: Instant::now(),
-            };
-            cache.proof(program, &run.command(&[]), harness)
-        };
-        let one = proof("program", "CBMC 6", &harness(1));
-        assert_eq!(proof("program", "CBMC 6", &harness(1)), one);
-        let with = |change: fn(&mut Harness)| {
-            let mut other = harness(1);
-            change(&mut other);
-            proof("program", "CBMC 6", &other)
-        };
-        let others = [
-            proof("another program", "CBMC 6", &harness(1)),
-            proof("program", "CBMC 7", &harness(1)),
-            proof("program", "CBMC 6", &harness(2)),
-            with(|harness| harness.unwind = None),
-            with(|harness| harness.covers.clear()),
-            with(|harness| harness.language = Language::C { has_int16: false }),
-            with(|harness| harness.language = Language::C { has_int16: true }),
-        ];
-        for (index, other) in others.iter().enumerate() {
-            assert!(*other != one && !others[..index].contains(other), "{index}");
-        }
-        fs::write(&one, "9").unwrap();
-        anew(false);
-        assert!(one.exists(), "a proof is kept");
-        anew(true);
-        assert!(!one.exists(), "every proof is repeated");
-        fs::remove_dir_all(&folder).unwrap();
-    }
 }

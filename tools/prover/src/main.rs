@@ -18,7 +18,6 @@ use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
-use rayon::ThreadPoolBuilder;
 use rayon::iter::{ParallelBridge as _, ParallelIterator as _};
 use serde_json::json;
 
@@ -56,37 +55,23 @@ struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u64,
 
-    /// Number of harnesses checked at the same time; 0 means the number of cores
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    jobs: usize,
-
-    /// Prove everything again, even harnesses that were proved before and have not changed
-    #[arg(long)]
-    anew: bool,
-
     /// Stop at the first harness that fails, and terminate the checks that still run
-    #[arg(long, conflicts_with = "format")]
+    #[arg(long, conflicts_with = "json")]
     fail_fast: bool,
 
-    /// Output format of the results
-    #[arg(long, default_value = "text")]
-    format: OutputFormat,
+    /// Print the outcomes as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Action {
     /// Check the harnesses
     Prove,
-    /// List the harnesses
+    /// List the harnesses as JSON
     List,
     /// Check the harnesses with the compiler and clippy; a warning is an error
     Clippy,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum OutputFormat {
-    Text,
-    Json,
 }
 
 fn main() -> ExitCode {
@@ -122,33 +107,23 @@ fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result
     harnesses.extend(files.iter().flat_map(CFile::harnesses));
     let mut wanted = BTreeSet::new();
     for name in &arguments.harnesses {
+        let mut names: Vec<String> = harnesses.iter().map(|one| one.name.clone()).collect();
         let end = format!("::{name}");
-        let is_whole = |one: &str| one == name || one.ends_with(&end);
-        let names: Vec<String> = harnesses
-            .iter()
-            .map(|harness| harness.name.clone())
-            .collect();
-        let any_whole = names.iter().any(|one| is_whole(one));
-        let is_found = |one: &String| is_whole(one) || !any_whole && one.contains(name);
-        let found: Vec<String> = names.into_iter().filter(is_found).collect();
-        ensure!(!found.is_empty(), "there is no harness {name}");
-        wanted.extend(found);
+        let is_whole = |one: &String| format!("::{one}").ends_with(&end);
+        let any_whole = names.iter().any(is_whole);
+        names.retain(|one| is_whole(one) || !any_whole && one.contains(name));
+        ensure!(!names.is_empty(), "there is no harness {name}");
+        wanted.extend(names);
     }
     harnesses.retain(|harness| wanted.is_empty() || wanted.contains(&harness.name));
     ensure!(!harnesses.is_empty(), "the packages have no harness");
     Ok(harnesses)
 }
 
+/// Prints the harnesses as JSON.
 fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
     let files = c_file::read(arguments.c_folder.as_deref())?;
-    let harnesses = selected(sources, &files, arguments)?;
-    if arguments.format == OutputFormat::Json {
-        println!("{}", json!(harnesses));
-        return Ok(());
-    }
-    for harness in harnesses {
-        println!("{}", harness.name);
-    }
+    println!("{}", json!(selected(sources, &files, arguments)?));
     Ok(())
 }
 
@@ -158,13 +133,10 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
-    let cache = ProofCache::new(&sources.target, &cbmc, arguments.anew)?;
+    let cache = ProofCache::new(&sources.target, cbmc)?;
     let limit = Duration::from_secs(arguments.timeout);
-    let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
-    // Start with the slowest harnesses, so that no core waits for one of them at the end. But a wrong change makes many
-    // harnesses fail, so the fastest of them shows it first. For an unknown time, harnesses with the greatest lengths,
-    // which come last, probably take longest.
-    harnesses.sort_by_cached_key(|harness| cache.milliseconds(harness).unwrap_or(u128::MAX));
+    // Of each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so that
+    // no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows it first.
     if !arguments.fail_fast {
         harnesses.reverse();
     }
@@ -173,8 +145,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
             Language::Rust => translate::program(&module, &harness, &files),
             Language::C { .. } => c_file::program(&harness, &files),
         };
-        let answer = cbmc::check(&cbmc, program, &harness, &cache, limit);
-        show(&answer, arguments.format);
+        let answer = cbmc::check(program, &harness, &cache, limit);
+        show(&answer, arguments.json);
         if arguments.fail_fast && answer.verdict.is_failure() {
             child_processes::end_all(1);
         }
@@ -182,11 +154,11 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     };
     // `par_bridge` keeps the order in which harnesses start.
     let harnesses = harnesses.into_iter().par_bridge();
-    let mut answers: Vec<Answer> = pool.build()?.install(|| harnesses.map(check).collect());
+    let mut answers: Vec<Answer> = harnesses.map(check).collect();
     answers.sort_by(|one, other| one.harness.cmp(&other.harness));
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
-    if arguments.format == OutputFormat::Json {
+    if arguments.json {
         println!("{:#}", json!(answers));
     } else {
         println!("{count} proved, {} not proved", answers.len() - count);
@@ -201,9 +173,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-/// Prints the outcome of a harness as soon as it is known. Prints the details only with the format
-/// `text`.
-fn show(answer: &Answer, format: OutputFormat) {
+/// Prints the outcome of a harness as soon as it is known. Prints the details unless JSON will have them.
+fn show(answer: &Answer, json: bool) {
     let Answer {
         harness,
         properties,
@@ -218,7 +189,7 @@ fn show(answer: &Answer, format: OutputFormat) {
         format!("{seconds:.1} s")
     };
     eprintln!("{verdict:<8} {harness} ({properties} properties, {covers} covers, {when})");
-    if format == OutputFormat::Text {
+    if !json {
         let failures = answer.failures.iter().map(|failure| format!("  {failure}"));
         let inputs = answer.inputs.iter().map(|input| format!("    {input}"));
         failures.chain(inputs).for_each(|line| eprintln!("{line}"));

@@ -1,5 +1,5 @@
-//! The files of each harness: its program, CBMC's answer, a record that the program was proved, and how long its last
-//! proof took. An unchanged program is not proved again.
+//! The files of each harness: its program, CBMC's answer, and a record that the program was proved. An unchanged program is
+//! not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -13,6 +13,7 @@ use crate::harness::Harness;
 
 /// The folder of programs and answers, and the folder of proofs.
 pub(crate) struct ProofCache {
+    pub(crate) cbmc: Cbmc,
     harnesses: PathBuf,
     proofs: PathBuf,
     /// The hash of this prover and of CBMC. Proofs by other versions do not count.
@@ -20,17 +21,15 @@ pub(crate) struct ProofCache {
 }
 
 impl ProofCache {
-    /// Creates a cache in `folder`, which only the prover uses. `anew` deletes all proofs.
-    pub(crate) fn new(folder: &Path, cbmc: &Cbmc, anew: bool) -> Result<Self> {
+    /// Creates a cache in `folder`, which only the prover uses.
+    pub(crate) fn new(folder: &Path, cbmc: Cbmc) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));
-        if anew && proofs.exists() {
-            fs::remove_dir_all(&proofs)?;
-        }
         fs::create_dir_all(&harnesses)?;
         fs::create_dir_all(&proofs)?;
         let mut prover = DefaultHasher::new();
         (fs::read(std::env::current_exe()?)?, &cbmc.says).hash(&mut prover);
         Ok(Self {
+            cbmc,
             harnesses,
             proofs,
             prover,
@@ -41,19 +40,6 @@ impl ProofCache {
     pub(crate) fn source(&self, harness: &Harness) -> PathBuf {
         let name = harness.name.replace("::", ".");
         self.harnesses.join(format!("{name}.c"))
-    }
-
-    /// Returns how many milliseconds the harness's last proof took, or `None` if it was never proved here.
-    pub(crate) fn milliseconds(&self, harness: &Harness) -> Option<u128> {
-        fs::read_to_string(self.milliseconds_file(harness))
-            .ok()?
-            .parse()
-            .ok()
-    }
-
-    /// Returns the path of the file with the milliseconds that the harness's last proof took.
-    pub(crate) fn milliseconds_file(&self, harness: &Harness) -> PathBuf {
-        self.source(harness).with_extension("milliseconds")
     }
 
     /// Returns the path of the file that records the proof of this program by this command. If the file exists, the

@@ -2,6 +2,7 @@
 
 #![expect(clippy::indexing_slicing, reason = "a missing element fails the test")]
 
+use std::path::Path;
 use std::process::Command;
 use std::sync::Mutex;
 use std::time::Duration;
@@ -12,24 +13,19 @@ use serde_json::Value;
 /// The limit for a run of the prover, which may compile the harnesses first.
 const LIMIT: Duration = Duration::from_secs(1800);
 
+/// Each test holds this lock, because all runs of the prover use the same folders.
+static ONE: Mutex<()> = Mutex::new(());
+
 fn prover(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
     command
-        .args([
-            "--format",
-            "json",
-            "--package",
-            "framelock-checked-harnesses",
-        ])
+        .args(["--json", "--package", "framelock-checked-harnesses"])
         .args(arguments);
     command
 }
 
 /// Runs the prover. Returns the answer for each harness, by name.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
-    // Run the prover only once at a time, because all runs build and unpack into the same folder.
-    static ONE: Mutex<()> = Mutex::new(());
-    let _one = ONE.lock();
     let output = run_within(LIMIT, &mut prover(arguments), b"").expect("the prover starts");
     let said = String::from_utf8_lossy(&output.stderr);
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
@@ -41,79 +37,43 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
     named.collect()
 }
 
-/// Harnesses, each with the expected outcome and a part of the expected message.
-const FAULTS: [(&str, &str, &str); 20] = [
-    (
-        "bound_that_is_too_small",
-        "unwinding_too_small",
-        "unwinding assertion",
-    ),
-    (
-        "only_the_last_round_is_wrong",
-        "failed",
-        "assertion failed: sum(kani::any()) < 16 * 255",
-    ),
-    ("end_that_nothing_reaches", "cover_unsatisfied", "in line"),
-    (
-        "cover_that_nothing_hits",
-        "cover_unsatisfied",
-        "fails::cover_that_nothing_hits",
-    ),
-    (
-        "cover_in_code_that_nothing_reaches",
-        "cover_unsatisfied",
-        "fails::cover_in_code",
-    ),
-    (
-        "cover_in_one_of_two_instances",
-        "cover_unsatisfied",
-        "covers_in<255>",
-    ),
-    ("false_assertion", "failed", "src/fails.rs:"),
-    (
-        "assumption_that_is_too_weak",
-        "failed",
-        "assertion failed: byte > 1",
-    ),
-    ("overflow", "failed", "panic_const_add_overflow"),
-    ("shift_too_far", "failed", "panic_const_shl_overflow"),
-    ("division_by_zero", "failed", "panic_const_div_by_zero"),
-    ("index_out_of_bounds", "failed", "panic_bounds_check"),
-    ("read_out_of_bounds", "failed", "dereference failure"),
-    ("slice_out_of_bounds", "failed", "slice_index"),
-    ("unwrap_of_nothing", "failed", "unwrap"),
-    (
-        "last_copied_byte_differs",
-        "failed",
-        "assertion failed: to[3] == before[3]",
-    ),
-    (
-        "more_bytes_are_copied_than_the_bound_allows",
-        "unwinding_too_small",
-        "unwinding assertion",
-    ),
-    (
-        "value_that_the_enum_does_not_have",
-        "failed",
-        "code that the compiler considers unreachable",
-    ),
-    ("end_without_cover", "vacuous", "no input reaches the end"),
-    ("floating_point", "error", "uitofp is not modelled"),
-];
+/// Returns the harnesses that have a fault, each with the expected outcome and a part of the expected message. The comment
+/// `// expected: OUTCOME: MESSAGE` before a harness states them.
+fn faults() -> Vec<(&'static str, &'static str, &'static str)> {
+    let sources = [
+        include_str!("harnesses/src/fails.rs"),
+        include_str!("harnesses/src/offline.rs"),
+    ];
+    let faults = sources
+        .iter()
+        .flat_map(|source| source.split("// expected: ").skip(1));
+    let parsed = faults.map(|fault| {
+        let (outcome, rest) = fault.split_once(": ").expect("an outcome");
+        let (message, rest) = rest.split_once('\n').expect("a message");
+        let name = rest
+            .split_once("fn ")
+            .and_then(|(_, name)| name.split_once('('));
+        (name.expect("a harness").0, outcome, message)
+    });
+    parsed.collect()
+}
 
 #[test]
 #[ignore = "needs CBMC and takes a minute: `cargo xtask verify --all` runs it"]
 fn every_fault_is_found_and_nothing_else() {
+    let _one = ONE.lock();
     let all_but_one = ["fails::", "holds::", "offline::value", "offline::floating"];
     let answers = answers(&all_but_one.map(|name| ["--harness", name]).concat());
+    let faults = faults();
+    assert_eq!(faults.len(), 20);
     for (name, answer) in &answers {
-        let fault = FAULTS.iter().find(|(fault, ..)| name.ends_with(fault));
+        let fault = faults.iter().find(|(fault, ..)| name.ends_with(fault));
         let (_, verdict, said) = fault.copied().unwrap_or(("", "proved", ""));
         assert_eq!(answer["verdict"], verdict, "{answer:#}");
         assert!(answer["failures"].to_string().contains(said), "{answer:#}");
         assert_eq!(name.starts_with("holds::"), fault.is_none());
     }
-    assert!(answers.len() > FAULTS.len() + 5);
+    assert!(answers.len() > faults.len() + 5);
     let inputs = &answers["fails::false_assertion"]["inputs"];
     let input = inputs[0].as_str().expect("a counterexample has inputs");
     assert!(
@@ -125,13 +85,16 @@ fn every_fault_is_found_and_nothing_else() {
 #[test]
 #[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
 fn proved_harnesses_are_not_checked_again_but_failed_ones_are() {
+    let _one = ONE.lock();
     let harnesses = [
         "--harness",
         "holds::",
         "--harness",
         "fails::false_assertion",
     ];
-    let anew = answers(&[&harnesses[..], &["--anew"]].concat());
+    let proofs = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("prove/proofs");
+    let _ = std::fs::remove_dir_all(proofs);
+    let anew = answers(&harnesses);
     let again = answers(&harnesses);
     assert_eq!(anew.len(), again.len());
     for (name, answer) in &anew {
@@ -146,6 +109,7 @@ fn proved_harnesses_are_not_checked_again_but_failed_ones_are() {
 #[test]
 #[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
 fn at_the_time_limit_no_process_is_left_running() {
+    let _one = ONE.lock();
     let answers = answers(&["--harness", "takes_too_long", "--timeout", "2"]);
     let answer = &answers["offline::proof_that_takes_too_long"];
     assert_eq!(answer["verdict"], "no_answer_in_time");

@@ -189,7 +189,7 @@ impl Bug {
 /// Seeds the bugs that the arguments choose, one at a time.
 pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Arguments) -> Result<()> {
     let root = &workspace.root;
-    let mut prover = Prover::new(workspace, *engine)?;
+    let mut prover = Prover::new(workspace, *engine);
     prover.packages.push(CHECKED);
     let mut missed = Vec::new();
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
@@ -276,15 +276,14 @@ mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{is_called, is_named, theorems};
+    use crate::theorems::{Harness, is_called, is_named, quoted, theorems};
     use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
     static HARNESSES: LazyLock<(Vec<String>, Vec<String>)> = LazyLock::new(|| {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let mut prover = Prover::new(&workspace, Some(Engine::Offline))
-            .expect("the offline prover is available");
-        let theorems = prover.listed().expect("the harnesses compile");
+        let mut prover = Prover::new(&workspace, Some(Engine::Offline));
+        let theorems: Vec<Harness> = prover.offline("list", &[]).expect("the harnesses compile");
         prover.packages = vec![CHECKED];
         let checked = prover.list().expect("the harnesses compile");
         for one in &theorems {
@@ -296,6 +295,22 @@ mod tests {
         }
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     });
+
+    /// Returns the bugs in a file. Each must fit the sources.
+    fn fitting(root: &Path, file: &str) -> Vec<Bug> {
+        let bugs = read(root, file).expect("a list");
+        for bug in &bugs {
+            let (right, wrong) = bug.texts(root).expect("the text occurs once");
+            assert_ne!(right, wrong, "{}", bug.mistake);
+        }
+        bugs
+    }
+
+    /// Checks that exactly one harness has this name.
+    fn assert_one<'a>(harnesses: impl IntoIterator<Item = &'a String>, end: &str) {
+        let named = harnesses.into_iter().filter(|one| is_called(one, end));
+        assert_eq!(named.count(), 1, "{end}");
+    }
 
     fn bug(more: &str) -> Bug {
         let fields = ["mistake", "file", "right", "wrong"].map(|key| format!("{key} = ''\n"));
@@ -345,11 +360,8 @@ mod tests {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
         let (theorems, checked) = &*HARNESSES;
-        let proofs = read(root, PROOFS).expect("a list");
-        let firmware = read(root, FIRMWARE).expect("a list");
+        let (proofs, firmware) = (fitting(root, PROOFS), fitting(root, FIRMWARE));
         for bug in proofs.iter().chain(&firmware) {
-            let (right, wrong) = bug.texts(root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", bug.mistake);
             assert_eq!(
                 bug.test.is_some(),
                 bug.harnesses.is_empty(),
@@ -357,8 +369,7 @@ mod tests {
                 bug.mistake
             );
             for end in &bug.harnesses {
-                let all = theorems.iter().chain(checked);
-                assert_eq!(all.filter(|one| is_called(one, end)).count(), 1, "{end}");
+                assert_one(theorems.iter().chain(checked), end);
             }
         }
         for harness in theorems {
@@ -372,9 +383,7 @@ mod tests {
     fn every_planted_mistake_fits_the_sources_and_its_check_exists() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
-        for mistake in read(root, PLANTED).expect("a list") {
-            let (right, wrong) = mistake.texts(root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", mistake.mistake);
+        for mistake in fitting(root, PLANTED) {
             let is_there = |folder: &Path, name: &str| {
                 let files = files(folder).expect("files");
                 files.iter().any(|path| {
@@ -385,12 +394,7 @@ mod tests {
                 let [harness] = &*mistake.harnesses else {
                     panic!("no check: {}", mistake.mistake);
                 };
-                let all = HARNESSES.0.iter();
-                assert_eq!(
-                    all.filter(|one| is_called(one, harness)).count(),
-                    1,
-                    "{harness}"
-                );
+                assert_one(&HARNESSES.0, harness);
                 continue;
             };
             let name = test.name.rsplit("::").next().expect("a name");
@@ -418,16 +422,14 @@ mod tests {
     #[test]
     fn every_seeded_bug_in_c_fits_the_sources_and_every_kind_of_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let prover = Prover::of_c(&workspace).expect("the offline prover is available");
+        let prover = Prover::of_c(&workspace);
         let harnesses = prover.list().expect("the harnesses compile");
-        let bugs = read(&workspace.root, OF_C).expect("a list");
-        for bug in &bugs {
-            let (right, wrong) = bug.texts(&workspace.root).expect("the text occurs once");
-            assert_ne!(right, wrong, "{}", bug.mistake);
-            for end in bug.harnesses.iter().chain(&bug.unnoticed_by) {
-                let named = harnesses.iter().filter(|one| is_called(one, end));
-                assert_eq!(named.count(), 1, "{end}");
-            }
+        let bugs = fitting(&workspace.root, OF_C);
+        for end in bugs
+            .iter()
+            .flat_map(|bug| bug.harnesses.iter().chain(&bug.unnoticed_by))
+        {
+            assert_one(&harnesses, end);
         }
         let broken = bugs.iter().flat_map(|bug| &bug.harnesses);
         let broken: Vec<&str> = broken.map(|harness| kind(harness)).collect();
@@ -450,21 +452,21 @@ mod tests {
         let folders = ["core", "formats", "firmware", "proofs"];
         let folders = folders.map(|folder| files(&root.join(folder)).expect("files"));
         for theorem in &theorems {
-            let title = &theorem.title;
-            assert!(!theorem.names.is_empty(), "no harness: {title}");
-            for name in &theorem.names {
+            let title = theorem.title();
+            assert!(theorem.names().next().is_some(), "no harness: {title}");
+            for name in theorem.names() {
                 let is_known = harnesses.iter().any(|harness| is_named(harness, name));
                 assert!(is_known, "no harness or module is called {name}: {title}");
             }
-            let [clauses, tests, oracles] = &theorem.others;
-            for clause in clauses.iter().filter(|&clause| clause != "none") {
+            let [_, _, clauses, _, tests, oracles] = &theorem.0;
+            for clause in clauses.split(", ").filter(|&clause| clause != "none") {
                 assert!(
                     protocol.contains(&format!("**{clause}")),
                     "no clause {clause}: {title}"
                 );
             }
-            assert!(!tests.is_empty(), "no test: {title}");
-            for test in tests {
+            assert!(quoted(tests).next().is_some(), "no test: {title}");
+            for test in quoted(tests) {
                 let (file, name) = test.split_once("::").unwrap_or((test, ""));
                 let mut files = folders.iter().flatten().filter(|path| path.ends_with(file));
                 let is_known = files.any(|path| {
@@ -474,7 +476,7 @@ mod tests {
                 });
                 assert!(is_known, "no test {test}: {title}");
             }
-            for oracle in oracles {
+            for oracle in quoted(oracles) {
                 let target = root.join(format!("fuzz/fuzz_targets/{oracle}.rs"));
                 assert!(target.exists(), "no fuzz target {oracle}: {title}");
             }

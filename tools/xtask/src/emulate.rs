@@ -1,12 +1,11 @@
 //! `cargo xtask emulate`: runs the firmware on an emulated board.
 
+use std::os::unix::process::CommandExt as _;
 use std::process::Command;
 
 use anyhow::Result;
 
 use crate::workspace::Workspace;
-#[cfg(not(unix))]
-use crate::workspace::run;
 
 /// Run the firmware on an emulated board; see `cargo xtask emulate --help`
 #[derive(clap::Args)]
@@ -25,36 +24,19 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
         // Do not change the folder, because the user's file names are relative to the current folder.
         .arg("--manifest-path")
         .arg(workspace.root.join("Cargo.toml"))
-        .args(["--", "--watch", "SETPOINT=pitch,roll,yaw"])
+        .args(["--", "--watch", "SETPOINT"])
         .args(arguments);
     let needs_no_image = ["--elf", "--help", "-h"];
     let has = |name: &&str| arguments.iter().any(|given| given.starts_with(name));
     if !needs_no_image.iter().any(has) {
-        let is_fast = arguments.join("=").contains("--baud=1000000");
-        let name = if is_fast { "megabaud" } else { "default" };
-        let images = workspace.images(&workspace.root, &[name])?;
-        emulator
-            .arg("--elf")
-            .arg(images.join(format!("{name}.elf")));
+        let images = workspace.images(&workspace.root, &["default"])?;
+        emulator.arg("--elf").arg(images.join("default.elf"));
     }
     if arguments.iter().any(|one| one == "--help" || one == "-h") {
         println!(
-            "`cargo xtask emulate` runs the emulator with the options below. It builds the firmware and gives the \
-             emulator\nits ELF, unless you choose another with --elf. It also shows each setpoint. Example:\n\n  \
-             cargo xtask emulate --input pty\n"
+            "Builds the firmware and gives the emulator its ELF, unless you choose one with --elf.\n"
         );
     }
-    become_program(emulator)
-}
-
-/// Replaces this process, so that only the emulator receives Ctrl-C.
-#[cfg(unix)]
-fn become_program(mut command: Command) -> Result<()> {
-    use std::os::unix::process::CommandExt as _;
-    Err(command.exec().into())
-}
-
-#[cfg(not(unix))]
-fn become_program(mut command: Command) -> Result<()> {
-    run(&mut command)
+    // Replace this process, so that only the emulator receives Ctrl-C.
+    Err(emulator.exec().into())
 }

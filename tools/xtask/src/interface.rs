@@ -35,7 +35,8 @@ pub(crate) fn interface(Arguments { json }: &Arguments) -> Result<()> {
 mod tests {
     use std::fs;
 
-    use crate::workspace::{Workspace, files, links};
+    use crate::tests::links;
+    use crate::workspace::{Workspace, files};
 
     /// crates.io and docs.rs show these texts without the repository, so relative links to files would not work. Links
     /// between items are allowed; they contain neither a slash nor a dot.

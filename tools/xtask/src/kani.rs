@@ -1,6 +1,6 @@
 //! Kani: checks whether it is set up, runs it and reads its answers.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -8,20 +8,11 @@ use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
 
-use crate::theorems::{Answer, is_called};
+use crate::theorems::Answer;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files. If Kani is installed but not
-/// set up, calling `cargo kani` would start the setup.
+/// Returns the version of Kani that is set up, or the reason why none is. Only reads folders. If Kani is installed but
+/// not set up, calling `cargo kani` would start the setup.
 pub(crate) fn version() -> Result<String> {
-    let path = env::var_os("PATH").unwrap_or_default();
-    let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
-    let program = programs.find(|program| program.is_file());
-    let program = program.context("there is no `cargo kani`")?;
-    let content = fs::read(&program)?;
-    let content = String::from_utf8_lossy(&content);
-    if !content.contains("Running Kani first-time setup") {
-        return Ok(format!("a developer's Kani, {}", program.display()));
-    }
     let home = env::var_os("KANI_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".kani")));
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
@@ -30,18 +21,16 @@ pub(crate) fn version() -> Result<String> {
     // If the downloaded bundle still exists, it was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
-    let version = versions.find(|version| !unfinished && content.contains(*version));
+    let version = versions.next().filter(|_| !unfinished);
     let version = version.context("Kani is not set up: `cargo kani setup`")?;
     Ok(format!("Kani {version}"))
 }
 
-/// Lets Kani check the harnesses with these names. If no harness has one of the names, selects all harnesses whose
-/// names contain this name. Without names, checks all harnesses.
+/// Lets Kani check the harnesses with exactly these names. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");
-    for name in names {
-        command.args(["--harness", name]);
-    }
+    command.args((!names.is_empty()).then_some("--exact"));
+    command.args(names.iter().flat_map(|name| ["--harness", name]));
     let lines = lines_of(command)?;
     let mut answers = answers(&lines);
     // Kani's sum, such as `Complete - 170 successfully verified harnesses, 1 failures, 171 total.`
@@ -54,16 +43,8 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
         sum.ends_with(&total),
         "the number of reports read differs from Kani's own sum: {sum}"
     );
-    // Kani selects every harness that contains a name, even if one harness has exactly this name.
-    let mut wanted = BTreeSet::new();
     for name in names {
-        let all = || answers.keys();
-        let mut chosen: Vec<&String> = all().filter(|one| is_called(one, name)).collect();
-        if chosen.is_empty() {
-            chosen = all().filter(|one| one.contains(name.as_str())).collect();
-        }
-        ensure!(!chosen.is_empty(), "no harness is called {name}");
-        wanted.extend(chosen.into_iter().cloned());
+        ensure!(answers.contains_key(name), "Kani did not check {name}");
     }
     for (harness, answer) in &mut answers {
         harness.clone_into(&mut answer.harness);
@@ -71,7 +52,6 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
             answer.fail("error", "Kani did not report on this harness");
         }
     }
-    answers.retain(|harness, _| names.is_empty() || wanted.contains(harness));
     Ok(answers.into_values().collect())
 }
 

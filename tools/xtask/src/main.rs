@@ -15,7 +15,6 @@ mod test_count;
 mod tests;
 mod theorems;
 mod verify;
-mod web;
 mod workspace;
 
 use std::process::ExitCode;
@@ -36,7 +35,12 @@ enum Task {
     /// Make framelock-c.zip and framelock-arduino.zip, the archives for C and Arduino, in target/archives
     Archives,
     Emulate(emulate::Arguments),
-    Web(web::Arguments),
+    /// Build the page that shows the machines in a browser, target/web/index.html
+    Web {
+        /// Show the page in the browser
+        #[arg(long)]
+        open: bool,
+    },
     Board(board::Arguments),
     #[command(hide = true)]
     Interface(interface::Arguments),
@@ -66,8 +70,10 @@ fn run(task: &Task) -> Result<bool> {
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
         Task::Archives => workspace::run(&mut workspace.script(&["archives"]))?,
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
+        Task::Web { open } => {
+            workspace::run(workspace.script(&["page"]).args(open.then_some("--open")))?;
+        }
         Task::Board(arguments) => return board::board(workspace, arguments),
-        Task::Web(arguments) => web::web(workspace, arguments)?,
         Task::Interface(arguments) => interface::interface(arguments)?,
         Task::Contradictions => firmware::contradictions(workspace)?,
     }

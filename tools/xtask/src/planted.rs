@@ -5,7 +5,6 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use anyhow::Result;
-use framelock_limited::Process;
 use serde::Deserialize;
 
 use crate::test_count::TestCount;
@@ -65,26 +64,21 @@ impl Test {
         limit: Duration,
         images: Option<&Path>,
     ) -> Result<Outcome> {
-        let arguments = |cargo: &mut Command| {
+        let cargo_within = |limit: Duration| {
+            let mut cargo = Command::new("timeout");
+            cargo.arg("--kill-after=5").arg(limit.as_secs().to_string());
+            cargo.arg(cargo_in(root).get_program()).current_dir(root);
             // With all features, as in `cargo xtask verify`. Some tests exist only with a feature.
             cargo.args(["test", "--all-features", "--package", &self.package]);
             cargo.args(self.target.iter().flat_map(|target| ["--test", target]));
             cargo.env("CARGO_TARGET_DIR", root.join("target"));
             cargo.envs(images.map(|folder| ("FRAMELOCK_IMAGES", folder)));
+            cargo
         };
-        let mut build = cargo_in(root);
-        arguments(&mut build);
-        if !Process::start_within(3 * LIMIT, build.arg("--no-run"))?
-            .wait()?
-            .success()
-        {
+        if !cargo_within(3 * LIMIT).arg("--no-run").status()?.success() {
             return Ok(Outcome::NoResult);
         }
-        let cargo = cargo_in(root);
-        let mut test = Command::new("timeout");
-        test.arg("--kill-after=5").arg(limit.as_secs().to_string());
-        test.arg(cargo.get_program()).current_dir(root);
-        arguments(&mut test);
+        let mut test = cargo_within(limit);
         test.args(["--", "--include-ignored", &self.name]);
         // Other tests may have names that begin with this one.
         if self.name.contains("::") {

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context as _, Result};
 use serde::Deserialize;
@@ -21,43 +21,30 @@ const SOURCES: [&str; 4] = [
 ];
 
 #[derive(Deserialize)]
-struct Record {
-    proved: String,
-    harnesses: Vec<String>,
-}
-
 pub(crate) struct SlowProofs {
-    path: PathBuf,
-    text: String,
     pub(crate) harnesses: Vec<String>,
-    /// The hash in the record.
+    /// The hash with which all harnesses were proved.
     proved: String,
     /// The hash of the list and of the sources as they are now.
+    #[serde(skip)]
     now: String,
 }
 
 impl SlowProofs {
     /// Reads the record, and hashes the list and the sources.
     pub(crate) fn load(root: &Path) -> Result<Self> {
-        let path = root.join(RECORD);
-        let text = fs::read_to_string(&path).context(RECORD)?;
-        let Record { proved, harnesses } = toml::from_str(&text).context(RECORD)?;
+        let text = fs::read_to_string(root.join(RECORD)).context(RECORD)?;
+        let mut slow: Self = toml::from_str(&text).context(RECORD)?;
         let mut hasher = DefaultHasher::new();
-        harnesses.hash(&mut hasher);
+        slow.harnesses.hash(&mut hasher);
         for folder in SOURCES {
             for file in files(&root.join(folder))? {
                 file.strip_prefix(root)?.hash(&mut hasher);
                 fs::read(&file)?.hash(&mut hasher);
             }
         }
-        let now = format!("{:016x}", hasher.finish());
-        Ok(Self {
-            path,
-            text,
-            harnesses,
-            proved,
-            now,
-        })
+        slow.now = format!("{:016x}", hasher.finish());
+        Ok(slow)
     }
 
     /// Returns whether the harnesses were proved with the sources as they are now.
@@ -77,9 +64,10 @@ impl SlowProofs {
     }
 
     /// Records that all harnesses were proved with the sources as they are now.
-    pub(crate) fn record(&self) -> Result<()> {
+    pub(crate) fn record(&self, root: &Path) -> Result<()> {
         if !self.are_current() {
-            fs::write(&self.path, self.text.replace(&self.proved, &self.now))?;
+            let text = fs::read_to_string(root.join(RECORD))?;
+            fs::write(root.join(RECORD), text.replace(&self.proved, &self.now))?;
             println!("{RECORD} records these proofs; commit it with the sources");
         }
         Ok(())
@@ -109,18 +97,18 @@ mod tests {
         }
         let load = || SlowProofs::load(root).expect("a record");
         assert!(!load().are_current());
-        load().record().expect("written");
+        load().record(root).expect("written");
         assert!(load().are_current());
         assert!(load().contains("module::slow") && !load().contains("module::not_slow"));
         for folder in SOURCES {
             write(&format!("{folder}/module/deep.rs"), "// changed");
             assert!(!load().are_current(), "{folder}");
-            load().record().expect("written");
+            load().record(root).expect("written");
         }
         let one_more = fs::read_to_string(root.join(RECORD)).expect("a record");
         write(RECORD, &one_more.replace('[', "[\"added\", "));
         assert!(!load().are_current(), "a harness is added to the list");
-        load().record().expect("written");
+        load().record(root).expect("written");
         fs::rename(root.join("core/src/lib.rs"), root.join("core/src/moved.rs")).expect("moved");
         assert!(!load().are_current());
     }

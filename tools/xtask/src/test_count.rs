@@ -29,13 +29,11 @@ impl TestCount {
             count.failed = number_before("failed").unwrap_or(0);
             let ended = count.ended() + number_before("ignored").unwrap_or(0);
             count.without_result = -ended.cast_signed();
-        } else if let Some((proved, _)) = line.split_once(" proved, ") {
-            count.passed = proved.parse().unwrap_or(0);
-            count.failed = number_before("failed").unwrap_or(0);
-            // Another text contains the same words.
-            if format!("{} proved, {} failed", count.passed, count.failed) != line {
-                return Self::default();
-            }
+        } else if let Some(line) = line.strip_suffix(" failed")
+            && let Some((proved, failed)) = line.split_once(" proved, ")
+            && let (Ok(proved), Ok(failed)) = (proved.parse(), failed.parse())
+        {
+            (count.passed, count.failed) = (proved, failed);
         }
         count
     }

@@ -4,7 +4,17 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::workspace::{Workspace, files, links};
+use crate::workspace::{Workspace, files};
+
+/// Returns the targets of `[text](target)` and of `[text]: target`, without fragments.
+pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
+    let inline = text.split("](").skip(1);
+    let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
+    let named = text.lines().filter_map(|line| line.strip_prefix('['));
+    let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
+    let all = inline.chain(named);
+    all.filter_map(|link| link.split('#').next())
+}
 
 #[test]
 fn every_relative_link_leads_to_a_file() {

@@ -7,55 +7,50 @@ use std::path::Path;
 use anyhow::{Context as _, Result};
 use serde::Deserialize;
 
-/// A row of the table.
-pub(crate) struct Theorem {
-    /// The theorem's number, and its statement up to the first colon, full stop or semicolon.
-    pub(crate) title: String,
-    /// The names in the row: harnesses, or modules of harnesses.
-    pub(crate) names: Vec<String>,
-    /// The clauses of the protocol, the tests and the fuzz oracles in the row.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test checks that they exist"))]
-    pub(crate) others: [Vec<String>; 3],
-}
+/// A row of the table: the theorem's number, its statement, the clauses of the protocol, harnesses, tests and fuzz oracles.
+pub(crate) struct Theorem(pub(crate) [String; 6]);
 
 /// Returns all rows about harnesses.
 pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
-    let readme = root.join("proofs/README.md");
-    let readme = fs::read_to_string(&readme).with_context(|| readme.display().to_string())?;
+    let readme = fs::read_to_string(root.join("proofs/README.md")).context("proofs/README.md")?;
     let rows = readme.lines().filter_map(|line| line.strip_prefix("| "));
     let rows = rows.filter(|row| row.starts_with(|first: char| first.is_ascii_digit()));
-    let theorem = |row: &str| {
-        let mut columns = row.split(" | ");
-        let (number, statement, clauses) = (columns.next()?, columns.next()?, columns.next()?);
-        let (harnesses, tests, oracles) = (columns.next()?, columns.next()?, columns.next()?);
-        let statement = statement.split([':', '.', ';']).next()?;
-        let quoted = |column: &str| {
-            let names = column.split('`').skip(1).step_by(2);
-            names.map(str::to_owned).collect()
-        };
-        Some(Theorem {
-            title: format!("{number:<4} {statement}"),
-            names: quoted(harnesses),
-            others: [
-                clauses.split(", ").map(str::to_owned).collect(),
-                quoted(tests),
-                quoted(oracles),
-            ],
-        })
-    };
-    rows.map(|row| theorem(row).with_context(|| format!("not a theorem's row: {row}")))
-        .collect()
+    rows.map(|row| {
+        let columns: Vec<String> = row.split(" | ").take(6).map(str::to_owned).collect();
+        let columns = columns.try_into().ok();
+        columns
+            .map(Theorem)
+            .with_context(|| format!("not a theorem's row: {row}"))
+    })
+    .collect()
+}
+
+/// Returns the names between backticks.
+pub(crate) fn quoted(column: &str) -> impl Iterator<Item = &str> {
+    column.split('`').skip(1).step_by(2)
 }
 
 impl Theorem {
     /// Returns the theorem's number, such as `13b`.
     pub(crate) fn number(&self) -> &str {
-        self.title.split(' ').next().unwrap_or(&self.title)
+        &self.0[0]
+    }
+
+    /// Returns the number, and the statement up to the first colon, full stop or semicolon.
+    pub(crate) fn title(&self) -> String {
+        let [number, statement, ..] = &self.0;
+        let statement = statement.split([':', '.', ';']).next().unwrap_or(statement);
+        format!("{number:<4} {statement}")
+    }
+
+    /// Returns the names in the row: harnesses, or modules of harnesses.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        quoted(&self.0[3])
     }
 
     /// Returns whether the row names this harness or a module that contains it.
     pub(crate) fn is_shown_by(&self, harness: &str) -> bool {
-        self.names.iter().any(|name| is_named(harness, name))
+        self.names().any(|name| is_named(harness, name))
     }
 }
 

@@ -10,86 +10,29 @@ use clap::builder::PossibleValuesParser;
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
 
-/// One check. To add a check, add a line to [`STAGES`], and a function to `stages.sh`.
+/// One check: a function of `stages.sh` that follows a line `#= NAME: CHECKS`, or `#= NAME (--all): CHECKS`.
 struct Stage {
     /// The stage's name for `--only`. Its function has underscores for the hyphens.
     name: &'static str,
     /// The check in one line.
     checks: &'static str,
-    when: When,
+    /// True if the stage runs only with `--all`. The hosted machines run it every night.
+    is_nightly: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum When {
-    /// The stage runs for each commit.
-    Always,
-    /// The stage runs only with `--all`. The hosted machines run it every night.
-    Nightly,
+/// Returns the stages in the order in which they run. Stages that fail fast come first.
+fn stages() -> impl Iterator<Item = Stage> {
+    let lines = include_str!("../stages.sh").lines();
+    lines.filter_map(|line| {
+        let (name, checks) = line.strip_prefix("#= ")?.split_once(": ")?;
+        let nightly = name.strip_suffix(" (--all)");
+        Some(Stage {
+            name: nightly.unwrap_or(name),
+            checks,
+            is_nightly: nightly.is_some(),
+        })
+    })
 }
-use When::{Always, Nightly};
-
-/// The stages in the order in which they run. Stages that fail fast come first.
-#[rustfmt::skip]
-const STAGES: &[Stage] = &[
-    Stage { name: "format", when: Always,
-        checks: "the sources are formatted by rustfmt" },
-    Stage { name: "core", when: Always,
-        checks: "the core compiles for microcontrollers under every set of its features; the formats compile too" },
-    Stage { name: "prove", when: Always,
-        checks: "the theorems, by Kani or by the offline prover; harnesses of more than 20 s only if their sources have changed" },
-    Stage { name: "clippy", when: Always,
-        checks: "no warning from the compiler or clippy, in all targets" },
-    Stage { name: "tests", when: Always,
-        checks: "unit and integration tests, and replay of the corpora" },
-    Stage { name: "docs", when: Always,
-        checks: "the documentation builds without warnings, and its examples run" },
-    Stage { name: "interface", when: Always,
-        checks: "the public interface of each published package equals the committed one" },
-    Stage { name: "firmware", when: Always,
-        checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
-    Stage { name: "emulated", when: Always,
-        checks: "the firmware's release images in the emulator" },
-    Stage { name: "random", when: Nightly,
-        checks: "the firmware with many more random streams, and under each assumption about the chip" },
-    Stage { name: "examples", when: Nightly,
-        checks: "the examples for Embassy and RTIC build without warnings and run in the emulator; the example for the RP2040 builds" },
-    Stage { name: "rivals", when: Nightly,
-        checks: "the answers of framelock and of other crates on faulty streams, and the formats' cost on the chip" },
-    Stage { name: "statistics", when: Nightly,
-        checks: "the simulator's findings, with all trials" },
-    Stage { name: "tables", when: Nightly,
-        checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink" },
-    Stage { name: "generated", when: Nightly,
-        checks: "code generated from two hundred random descriptions" },
-    Stage { name: "slow-proofs", when: Nightly,
-        checks: "the harnesses that take more than 20 s" },
-    Stage { name: "c-proofs", when: Nightly,
-        checks: "the receivers in C do the same as those in Rust, without undefined behaviour, by the offline prover" },
-    Stage { name: "prover", when: Nightly,
-        checks: "the offline prover refutes what must fail, and leaves no process running" },
-    Stage { name: "bugs", when: Nightly,
-        checks: "seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks" },
-    Stage { name: "machine-code", when: Nightly,
-        checks: "the receiver's step is proved in the machine code of the images, and seeded bugs in it are noticed" },
-    Stage { name: "fuzz", when: Nightly,
-        checks: "every fuzz target, for a minute" },
-    Stage { name: "systems", when: Nightly,
-        checks: "the command line compiles for Windows and macOS" },
-    Stage { name: "minimum", when: Nightly,
-        checks: "the core and the formats compile with the oldest Rust that their manifests promise" },
-    Stage { name: "semver", when: Nightly,
-        checks: "the public interface is compatible with that of the commit `semver-baseline`" },
-    Stage { name: "publish", when: Nightly,
-        checks: "each published package can be published, without a warning" },
-    Stage { name: "wheel", when: Nightly,
-        checks: "the Python package, built, installed into a new environment and run there" },
-    Stage { name: "licences", when: Nightly,
-        checks: "the licences, duplicates and sources of all dependencies, by cargo-deny" },
-    Stage { name: "web", when: Nightly,
-        checks: "the page works in browsers" },
-    Stage { name: "mutants", when: Nightly,
-        checks: "some test notices each small change of the core, layouts and checksums (hours)" },
-];
 
 const EXAMPLES: &str = "\
 Examples:
@@ -107,7 +50,7 @@ failed. The exit code is 1 if any stage failed, and the last line counts the tes
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Run only this stage; can be given more than once
-    #[arg(long, value_name = "STAGE", value_parser = PossibleValuesParser::new(STAGES.iter().map(|stage| stage.name)))]
+    #[arg(long, value_name = "STAGE", value_parser = PossibleValuesParser::new(stages().map(|stage| stage.name)))]
     only: Vec<String>,
 
     /// Run every stage
@@ -122,7 +65,7 @@ pub(crate) struct Arguments {
 impl Arguments {
     fn wants(&self, stage: &Stage) -> bool {
         if self.only.is_empty() {
-            self.all || stage.when == Always
+            self.all || !stage.is_nightly
         } else {
             self.only.iter().any(|name| name == stage.name)
         }
@@ -132,19 +75,15 @@ impl Arguments {
 /// Runs the stages that the arguments choose. Returns whether all pass.
 pub(crate) fn verify(workspace: &Workspace, arguments: &Arguments) -> bool {
     if arguments.list {
-        for stage in STAGES {
-            let when = if stage.when == Nightly {
-                " (--all)"
-            } else {
-                ""
-            };
+        for stage in stages() {
+            let when = if stage.is_nightly { " (--all)" } else { "" };
             println!("{:<12} {}{when}", stage.name, stage.checks);
         }
         return true;
     }
     let (mut passed, mut failed) = (0, 0);
     let (mut lines, mut failures) = (Vec::new(), Vec::new());
-    for stage in STAGES.iter().filter(|stage| arguments.wants(stage)) {
+    for stage in stages().filter(|stage| arguments.wants(stage)) {
         let name = stage.name;
         println!("\n=== {name}: {} ===", stage.checks);
         let (start, mut report) = (Instant::now(), Report::default());
@@ -232,17 +171,11 @@ mod tests {
 
     #[test]
     fn the_hosted_checks_run_every_stage() {
-        for (workflow, when) in [
-            (
-                include_str!("../../../.github/workflows/checks.yml"),
-                Always,
-            ),
-            (
-                include_str!("../../../.github/workflows/nightly.yml"),
-                Nightly,
-            ),
+        for (workflow, is_nightly) in [
+            (include_str!("../../../.github/workflows/checks.yml"), false),
+            (include_str!("../../../.github/workflows/nightly.yml"), true),
         ] {
-            let stages = STAGES.iter().filter(|stage| stage.when == when);
+            let stages = stages().filter(|stage| stage.is_nightly == is_nightly);
             let names: Vec<&str> = stages.map(|stage| stage.name).collect();
             let matrix = format!("stage: [{}]", names.join(", "));
             assert!(workflow.contains(&matrix), "a workflow lacks {matrix}");
@@ -286,7 +219,8 @@ mod tests {
         assert!(fails(&["tests_of", "false"]));
         assert!(fails(&["eval", "stage() { false; true; }; stage"]));
         assert!(fails(&["no_such_stage"]));
-        for stage in STAGES {
+        assert!(stages().count() > 20);
+        for stage in stages() {
             let function = stage.name.replace('-', "_");
             assert!(!fails(&["type", &function]), "stages.sh has no {function}");
         }

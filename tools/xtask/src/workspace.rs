@@ -41,12 +41,6 @@ impl Workspace {
             fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
             if let Ok(link) = fs::read_link(&from) {
                 if !to.is_symlink() {
-                    // An older copy may have a folder or a file here.
-                    if to.is_dir() {
-                        fs::remove_dir_all(&to)?;
-                    } else if to.exists() {
-                        fs::remove_file(&to)?;
-                    }
                     symlink(link, to)?;
                 }
             } else if let Ok(content) = fs::read(&from)
@@ -101,15 +95,4 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     all.sort();
     Ok(all)
-}
-
-/// Returns the targets of `[text](target)` and of `[text]: target`, without fragments.
-#[cfg(test)]
-pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
-    let inline = text.split("](").skip(1);
-    let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
-    let named = text.lines().filter_map(|line| line.strip_prefix('['));
-    let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
-    let all = inline.chain(named);
-    all.filter_map(|link| link.split('#').next())
 }

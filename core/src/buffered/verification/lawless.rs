@@ -100,6 +100,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
     };
     assert!(decided <= pending && discarded <= 1);
     assert!(discarded == 0 || matches!(decision, Decision::Discarded));
+    assert!(!receiver.has_rule_begun());
     let left = pending - decided;
     let start = if left == 0 { 0 } else { from + decided };
     assert!(fits(&receiver, start, left, L));

@@ -7,13 +7,21 @@ use crate::{Classification, DiscardReason, Found};
 /// The step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
 /// and asks the format at most once ([`Any`] asserts this). If the format answers `Incomplete`, a step of `poll` waits,
 /// as the reference does. A step of a line event does what the reference does at the end of a stream, and asks
-/// `classify_before`.
+/// `classify_before`. From then on, the steps drop places as `LineEvent` that the format rejects.
 fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: usize) {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), most);
     let (from, end) = (receiver.from, receiver.to);
     let first = receiver.format.first_start(from, end, L);
     let row = receiver.format.row.unwrap();
+    let had_begun = receiver.has_rule_begun();
+    let reason = |why| {
+        if is_event && had_begun {
+            DiscardReason::LineEvent
+        } else {
+            why
+        }
+    };
 
     let mut next = from;
     let mut frame = None;
@@ -28,7 +36,7 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
                 next += length;
             }
             Found::Discarded { count, why } if next < first => {
-                assert!(next + count == first && why == DiscardReason::NoSync);
+                assert!(next + count == first && why == reason(DiscardReason::NoSync));
                 next = first;
             }
             Found::Discarded { count, why } => {
@@ -57,6 +65,7 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
                 assert!(frame == Some(length) && dropped.is_none());
             }
             Some(Classification::Rejected(why)) => {
+                let why = if settled.is_some() { reason(why) } else { why };
                 assert!(dropped == Some(why) && frame.is_none());
             }
             _ => {
@@ -76,6 +85,8 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
     }
     let start = if next == end { 0 } else { next };
     assert!(fits(&receiver, start, end - next, settled_at));
+    let is_ending = is_event && (had_begun || before.is_some());
+    assert!(next == end || receiver.has_rule_begun() == is_ending);
     kani::cover!(frame == Some(most), "a whole frame");
     kani::cover!(
         frame == Some(L - 1) && before.is_some() == is_event,
@@ -83,7 +94,11 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
     );
     kani::cover!(
         dropped.is_some() && next < end && (first > from || most == 2),
-        "places are dropped, for two reasons if three are pending, and others are left"
+        "places are dropped, in two runs if three are pending, and others are left"
+    );
+    kani::cover!(
+        had_begun && dropped.is_some() && before.is_none() && next < end,
+        "a rejected place is dropped after one that waited"
     );
 }
 
@@ -115,6 +130,7 @@ fn a_byte_is_ended<const L: usize, const N: usize>() {
     assert!(placed > 0 || from == end);
     assert!(placed <= end - from && goes_on == (placed < end - from));
     assert!(fits(&receiver, from + placed, end - from - placed, L));
+    assert!(!receiver.has_rule_begun() || goes_on);
     kani::cover!(placed == L - 1, "all");
     kani::cover!(placed < end - from, "some");
 }

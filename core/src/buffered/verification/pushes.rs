@@ -72,6 +72,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     }
     assert!(drops == expected && frame == committed);
     assert!(end - start < L && fits(&receiver, start, end - start, settled_at));
+    assert!(!receiver.has_rule_begun());
     kani::cover!(
         L == 1 || start == end - 1 && frame == Some(L - 1),
         "undecided bytes are left"

@@ -23,6 +23,7 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
     });
     let row = receiver.format.row.unwrap();
     let asked = receiver.format.asked.now.get();
+    assert!(!receiver.has_rule_begun());
     if pending == 0 {
         assert!(asked.is_none() && discarded.is_none() && matches!(decision, Decision::Waiting));
         assert!(fits(&receiver, 0, 0, 1));
@@ -172,7 +173,7 @@ fn slice_is_taken<const L: usize, const N: usize>() {
         assert!(receiver.pending() == 0);
     } else {
         assert!(!is_settled && events == 0);
-        assert!(receiver.ask_at > receiver.to);
+        assert!(receiver.ask_at > receiver.to && !receiver.has_rule_begun());
         assert!(fits(&receiver, 0, length, row.settled_at));
     }
     let asked = receiver.format.asked.now.get();

@@ -1,7 +1,7 @@
 //! Checks a layout's checksum.
 
 use super::{get, reject_if};
-use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, Table, index};
+use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Part, Table, index};
 
 const OUTSIDE: &str = "checksum: it is outside of the shortest or the longest frame: change at, or count it from the other end";
 const NOT_COVERED: &str = "checksum: the bytes that it covers are outside of the shortest or the longest frame, or from is after to";
@@ -29,35 +29,13 @@ pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(),
         Part::Checksum,
         "checksum: it covers itself: give from and to, the first and the last byte that it covers"
     );
+    let is_behind = at >= length.saturating_sub(layout.behind);
     reject_if!(
-        overlaps(layout, length, at, end),
+        at < layout.sync.length || !is_behind && layout.terminator_at(length) < end,
         Part::Checksum,
-        "checksum: it overlaps the sync, the header's numbers, the fixed bits or the terminator"
+        "checksum: it overlaps the sync or the terminator"
     );
     Ok(())
-}
-
-/// Returns true if `at..end` contains bytes of the sync, the header's numbers, the fixed bits or the terminator.
-const fn overlaps(layout: &Layout, length: usize, at: usize, end: usize) -> bool {
-    let mut is_taken =
-        at < layout.sync.length || length.saturating_sub(layout.terminator.length) < end;
-    if let Length::Field(field) = &layout.length {
-        is_taken |= field.number.at < end && at < field.number.end();
-    }
-    if let Some(messages) = &layout.messages {
-        is_taken |= messages.number.at < end && at < messages.number.end();
-    }
-    if let Some(trailer) = &layout.trailer {
-        is_taken |= at <= trailer.at && trailer.at < end;
-    }
-    let mut rest = layout.fixed;
-    while let [bits, others @ ..] = rest {
-        if let Some(place) = index(bits.at, length) {
-            is_taken |= at <= place && place < end;
-        }
-        rest = others;
-    }
-    is_taken
 }
 
 const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
@@ -69,18 +47,25 @@ const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
             crc.width.div_ceil(8) as usize
         }
         Algorithm::Xor => 1,
-        Algorithm::Fletcher => 2,
-        Algorithm::Sum | Algorithm::InvertedSum | Algorithm::NegatedSum => checksum.bytes,
+        Algorithm::XorWords | Algorithm::Fletcher => 2,
+        Algorithm::Sum | Algorithm::CarrySum | Algorithm::SumWords => checksum.bytes,
     };
     reject_if!(
         checksum.bytes < 1 || checksum.bytes > 4,
         Part::Checksum,
         "checksum: it must have 1 to 4 bytes"
     );
+    let has_start = checksum.initial != 0 || checksum.over_hex_digits;
+    reject_if!(
+        has_start && matches!(checksum.algorithm, Algorithm::Crc(_) | Algorithm::Fletcher),
+        Part::Checksum,
+        "checksum: initial and hex digits are for sums and XORs: a CRC has its own initial value"
+    );
     reject_if!(
         checksum.bytes != bytes,
         Part::Checksum,
-        "checksum: the algorithm needs another number of bytes: xor 1, Fletcher 2, a CRC its width / 8, rounded up"
+        "checksum: the algorithm needs another number of bytes: xor 1, xor of words and Fletcher 2, a CRC its width / 8, rounded \
+         up"
     );
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Checks a layout's content and its other terminators.
 
 use super::reject_if;
-use crate::layout::{Contradiction, Encoding, Layout, Length, Part, Patterns, index, larger};
+use crate::layout::{Contradiction, Encoding, Layout, Length, Part, Patterns, larger};
 
 /// Checks the content and the terminators, independently of a frame's length.
 pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> {
@@ -18,14 +18,13 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
         Part::Content,
         "content: only frames that a delimiter ends can have a content"
     );
-    let mut rest = layout.content;
-    while let [(first, last), others @ ..] = rest {
+    if let Some(checksum) = &layout.checksum {
+        let is_behind = checksum.at < 0 && checksum.at.unsigned_abs() as usize <= layout.behind;
         reject_if!(
-            *first > *last,
-            Part::Content,
-            "content: the first byte of a range is greater than its last"
+            !is_behind && !matches!(checksum.encoding, Encoding::Hex),
+            Part::Checksum,
+            "checksum: its bytes may be outside the content: write it in hex digits"
         );
-        rest = others;
     }
     let mut number = 0_usize;
     while let Some(terminator) = nth_terminator(layout, number) {
@@ -48,55 +47,6 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
     Ok(())
 }
 
-/// Checks that the fixed bits of a frame of `length` bytes lie before the terminator, and that the checksum is always
-/// allowed as content.
-pub(super) const fn check_content_of_parts(
-    layout: &Layout,
-    length: usize,
-) -> Result<(), Contradiction> {
-    if layout.content.is_empty() {
-        return Ok(());
-    }
-    let end = length.saturating_sub(layout.terminator.length);
-    let (mut number, mut rest) = (0_usize, layout.fixed);
-    while let [bits, others @ ..] = rest {
-        let at = match index(bits.at, length) {
-            Some(at) => at,
-            None => 0,
-        };
-        reject_if!(
-            at >= end,
-            Part::Fixed(number),
-            "fixed: in frames with a content, fixed bits must be before the terminator: give shortest"
-        );
-        (number, rest) = (number.wrapping_add(1), others);
-    }
-    let Some(checksum) = &layout.checksum else {
-        return Ok(());
-    };
-    let covers_the_end = match index(checksum.to, length) {
-        Some(to) => to >= end,
-        None => false,
-    };
-    reject_if!(
-        covers_the_end,
-        Part::Checksum,
-        "checksum: in frames with a content, it can only cover bytes before the terminator"
-    );
-    let mut is_written = matches!(checksum.encoding, Encoding::Hex);
-    let mut digits: &[u8] = b"0123456789ABCDEF";
-    while let [digit, others @ ..] = digits {
-        is_written &= is_content(layout, *digit);
-        digits = others;
-    }
-    reject_if!(
-        !is_written,
-        Part::Checksum,
-        "checksum: its bytes may be outside the content: write it in hex digits, and allow all of them in the content"
-    );
-    Ok(())
-}
-
 /// Returns the terminator with this number. The patterns of `terminator` come first, then the other terminators.
 const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
     let [other, another] = layout.other_terminators;
@@ -114,23 +64,16 @@ const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u
     None
 }
 
-/// Returns true if a byte is content.
-const fn is_content(layout: &Layout, byte: u8) -> bool {
+/// Returns true if the first byte of a terminator is content.
+const fn begins_with_content(layout: &Layout, terminator: &[u8]) -> bool {
     let mut rest = layout.content;
-    while let [(first, last), others @ ..] = rest {
-        if *first <= byte && byte <= *last {
+    while let ([(first, last), others @ ..], [byte, ..]) = (rest, terminator) {
+        if *first <= *byte && *byte <= *last {
             return true;
         }
         rest = others;
     }
     false
-}
-
-const fn begins_with_content(layout: &Layout, terminator: &[u8]) -> bool {
-    match terminator {
-        [first, ..] => is_content(layout, *first),
-        [] => false,
-    }
 }
 
 const fn begins_with(longer: &[u8], beginning: &[u8]) -> bool {

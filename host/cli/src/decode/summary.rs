@@ -89,6 +89,7 @@ discarded_totals!(
     unknown_message
     checksum_mismatch
     wrong_terminator
+    broken_stuffing
     line_event
 );
 

@@ -3,47 +3,47 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use ratatui::Frame;
-use ratatui::layout::Margin;
-use ratatui::style::{Style, Stylize};
-use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
+use framelock::motion::Phase;
 
 use super::story::{ByteOnLine, END, Fate, Outcome, Station, Story};
-use crate::view_parts::{BLUE, STATES, VERMILLION, bar, phase_style};
 
 /// The width of the picture.
 const WIDTH: usize = 78;
 
-/// The size of the smallest terminal on which the picture fits, with a title above it and a margin.
-const LEAST_WIDTH: u16 = 80;
-const LEAST_HEIGHT: u16 = 23;
+/// The lecture's names of the states. BIN's receivers are in state `i` while they wait for byte `i` of a frame.
+const STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];
 
-/// Draws the picture. Returns whether the terminal is large enough.
-pub(super) fn draw(frame: &mut Frame, story: &Story, is_paused: bool) -> bool {
-    let area = frame.area();
-    if area.width < LEAST_WIDTH || area.height < LEAST_HEIGHT {
-        let text = format!(
-            "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; this terminal has {} and {}. \
-             Enlarge the terminal, or press q and run: framelock demo | cat",
-            area.width, area.height
-        );
-        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
-        return false;
-    }
-    let space = if is_paused { "resumes" } else { "pauses" };
-    let keys = format!("q quits, space {space}").dim();
-    let title = " framelock demo ".bold().reversed();
-    let mut rows = vec![ends(vec![title], keys), Line::default()];
-    rows.extend(lines(story));
-    frame.render_widget(Paragraph::new(rows), area.inner(Margin::new(1, 0)));
-    true
+/// Styles: parameters of the escape sequence SGR. Okabe and Ito chose the pair of blue for good and vermillion for bad
+/// states: colour-blind people can distinguish the two, on light and on dark backgrounds.
+const PLAIN: &str = "";
+const BOLD: &str = "1";
+const DIM: &str = "2";
+const GOOD: &str = "1;38;5;32";
+const BAD: &str = "1;38;5;166";
+const GOOD_REVERSED: &str = "1;7;38;5;32";
+const BAD_REVERSED: &str = "1;7;38;5;166";
+const BAR: &str = "36;48;5;236";
+
+/// A part of a line, with its style.
+type Span = (String, &'static str);
+
+/// Returns the picture below a title, as lines with escape sequences.
+pub(super) fn painted(story: &Story) -> Vec<String> {
+    let title = ends(
+        vec![(" framelock demo ".into(), "1;7")],
+        ("Ctrl-C ends".into(), DIM),
+    );
+    let paint = |(text, style): Span| format!("\x1B[0;{style}m{text}\x1B[0m");
+    let rows = [title, Vec::new()].into_iter().chain(lines(story));
+    let row = |row: Vec<Span>| " ".to_owned() + &row.into_iter().map(paint).collect::<String>();
+    rows.map(row).collect()
 }
 
 /// Writes the picture as plain text.
 pub(super) fn write(story: &Story, out: &mut impl Write) -> io::Result<()> {
     for line in lines(story) {
-        writeln!(out, "{}", line.to_string().trim_end())?;
+        let text: String = line.into_iter().map(|(text, _)| text).collect();
+        writeln!(out, "{}", text.trim_end())?;
     }
     writeln!(out)
 }
@@ -70,72 +70,75 @@ fn seconds(time: Duration) -> String {
 }
 
 /// Returns the picture's rows.
-fn lines(story: &Story) -> Vec<Line<'static>> {
+fn lines(story: &Story) -> Vec<Vec<Span>> {
     let part = story.part();
-    let time = format!("{:.1} of {} s", story.time.as_secs_f64(), END.as_secs()).dim();
+    let time = format!("{:.1} of {} s", story.time.as_secs_f64(), END.as_secs());
     let mut text = part.text.lines();
-    let mut rows = vec![ends(vec![part.heading.bold()], time)];
-    rows.extend((0..4).map(|_| Line::from(text.next().unwrap_or(""))));
+    let mut rows = vec![ends(vec![(part.heading.into(), BOLD)], (time, DIM))];
+    rows.extend((0..4).map(|_| vec![(text.next().unwrap_or("").into(), PLAIN)]));
     for station in &story.stations {
         let fates = &station.fates[station.fates.len().saturating_sub(WIDTH)..];
+        let marks = fates
+            .iter()
+            .map(|fate| fate.map_or((" ".into(), PLAIN), mark));
         rows.extend([
-            Line::default(),
+            Vec::new(),
             status(station, story.time),
-            fates
-                .iter()
-                .map(|fate| fate.map_or(" ".into(), mark))
-                .collect(),
+            marks.collect(),
             counts(station),
             seat(station, story),
         ]);
     }
     let caption = "Bytes from the last fault on, and what each receiver waits for next";
-    rows.extend([Line::default(), caption.dim().into()]);
+    rows.extend([Vec::new(), vec![(caption.into(), DIM)]]);
     rows.extend(close_up(&story.close_up));
     rows
 }
 
 /// Returns a row with some text at its left end and some text at its right end.
-fn ends(mut left: Vec<Span<'static>>, right: Span<'static>) -> Line<'static> {
-    let used: usize = left.iter().map(Span::width).sum();
-    left.push(
-        " ".repeat(WIDTH.saturating_sub(used + right.width()))
-            .into(),
-    );
+fn ends(mut left: Vec<Span>, right: Span) -> Vec<Span> {
+    let used: usize = left
+        .iter()
+        .chain([&right])
+        .map(|(text, _)| text.chars().count())
+        .sum();
+    left.push((" ".repeat(WIDTH.saturating_sub(used)), PLAIN));
     left.push(right);
-    left.into()
+    left
 }
 
-fn status(station: &Station, now: Duration) -> Line<'static> {
+fn status(station: &Station, now: Duration) -> Vec<Span> {
     let status = match station.deaf_for(now) {
         // A time that would be rounded to zero is not shown.
-        Some(time) if time < Duration::from_millis(100) => " DEAF ".fg(VERMILLION),
-        Some(time) => format!(" DEAF for {} ", seconds(time)).fg(VERMILLION),
-        None => " LISTENING ".fg(BLUE),
+        Some(time) if time < Duration::from_millis(100) => (" DEAF ".into(), BAD_REVERSED),
+        Some(time) => (format!(" DEAF for {} ", seconds(time)), BAD_REVERSED),
+        None => (" LISTENING ".into(), GOOD_REVERSED),
     };
     let phase = station.output.phase;
+    let style = match phase {
+        Phase::Live | Phase::Approach => GOOD,
+        _ => BAD,
+    };
     let failsafe = format!("failsafe {}", phase.to_string().to_uppercase());
     ends(
-        vec![
-            format!("{:<23}", station.name).bold(),
-            status.bold().reversed(),
-        ],
-        Span::styled(failsafe, phase_style(phase)),
+        vec![(format!("{:<23}", station.name), BOLD), status],
+        (failsafe, style),
     )
 }
 
 /// Returns the mark for the outcome of a frame.
-fn mark(fate: Fate) -> Span<'static> {
-    match fate {
-        Fate::Delivered => "●".fg(BLUE),
-        Fate::Missed => "○".fg(VERMILLION).bold(),
-        Fate::Broken => "×".bold(),
-        Fate::Wrong => "!".fg(VERMILLION).bold(),
-    }
+fn mark(fate: Fate) -> Span {
+    let (mark, style) = match fate {
+        Fate::Delivered => ("●", GOOD),
+        Fate::Missed => ("○", BAD),
+        Fate::Broken => ("×", BOLD),
+        Fate::Wrong => ("!", BAD),
+    };
+    (mark.into(), style)
 }
 
 /// Returns a row with the number of frames for each mark. The row is also the legend of the marks.
-fn counts(station: &Station) -> Line<'static> {
+fn counts(station: &Station) -> Vec<Span> {
     let meanings = [
         (Fate::Delivered, "delivered"),
         (Fate::Missed, "missed though whole"),
@@ -143,129 +146,88 @@ fn counts(station: &Station) -> Line<'static> {
         (Fate::Wrong, "wrong"),
     ];
     let spans = meanings.into_iter().flat_map(|(fate, meaning)| {
-        let count = station.count(fate);
-        [mark(fate), format!(" {count} {meaning}  ").into()]
+        let count = format!(" {} {meaning}  ", station.count(fate));
+        [mark(fate), (count, PLAIN)]
     });
     spans.collect()
 }
 
 /// Returns a row with the failsafe's output and the setpoint of each axis.
-fn seat(station: &Station, story: &Story) -> Line<'static> {
+fn seat(station: &Station, story: &Story) -> Vec<Span> {
     let setpoint = story.setpoint.map(<[u8; 3]>::from);
-    let mut line = Line::from("seat, ┃ as sent  ");
-    let axes = ["pitch", "roll", "yaw"]
-        .into_iter()
-        .zip(station.output.axes);
-    for (axis, (name, output)) in axes.enumerate() {
-        line.push_span(format!("{name:>5} ").dim());
-        line.push_span(bar(output, setpoint.map(|axes| axes[axis]), 13));
-        line.push_span(" ");
+    let mut line = vec![("seat, ┃ as sent  ".into(), PLAIN)];
+    for (axis, name) in ["pitch", "roll", "yaw"].into_iter().enumerate() {
+        let mark = setpoint.map(|axes| axes[axis]);
+        line.push((format!("{name:>5} "), DIM));
+        line.push((bar(station.output.axes[axis], mark, 13), BAR));
+        line.push((" ".into(), PLAIN));
     }
     line
 }
 
+/// Returns a bar of `width` cells that is filled up to `value`, with a mark at another value.
+fn bar(value: u8, mark: Option<u8>, width: usize) -> String {
+    let cells = |value: u8, most: usize| (usize::from(value) * most + 127) / 255;
+    let filled = cells(value, width);
+    let mark = mark.map(|mark| cells(mark, width - 1));
+    let cell = |cell| match cell {
+        _ if mark == Some(cell) => '┃',
+        _ if cell < filled => '█',
+        _ => ' ',
+    };
+    (0..width).map(cell).collect()
+}
+
 /// Returns four rows with a column for each byte: the byte sent, the byte that arrived, and the state of each receiver
 /// afterwards.
-fn close_up(frames: &[[ByteOnLine; 7]]) -> [Line<'static>; 4] {
-    let mut rows = ["sent", "arrived", "lecture", "framelock"]
-        .map(|name| Line::from(format!("{name:<10}").dim()));
+fn close_up(frames: &[[ByteOnLine; 7]]) -> [Vec<Span>; 4] {
+    let mut rows =
+        ["sent", "arrived", "lecture", "framelock"].map(|name| vec![(format!("{name:<10}"), DIM)]);
     for frame in frames {
         for (place, byte) in frame.iter().enumerate() {
             let separator = if place == 6 { "│" } else { " " };
             for (row, cell) in rows.iter_mut().zip(column(byte)) {
-                row.push_span(cell);
-                row.push_span(separator.dim());
+                row.extend([cell, (separator.into(), DIM)]);
             }
         }
     }
     rows
 }
 
-fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
-    let fault = Style::new().fg(VERMILLION).bold();
-    let sent = format!("{:02X}", byte.sent);
+fn column(byte: &ByteOnLine) -> [Span; 4] {
+    let hex = |byte: u8| format!("{byte:02X}");
     let [sent, arrived] = match byte.received {
-        None => [sent, "--".into()].map(|text| Span::styled(text, fault)),
-        Some(same) if same == byte.sent => [Span::from(sent.clone()), sent.into()],
-        Some(changed) => [
-            sent.into(),
-            Span::styled(format!("{changed:02X}"), fault.reversed()),
-        ],
+        None => [(hex(byte.sent), BAD), ("--".into(), BAD)],
+        Some(same) if same == byte.sent => [(hex(same), PLAIN), (hex(same), PLAIN)],
+        Some(changed) => [(hex(byte.sent), PLAIN), (hex(changed), BAD_REVERSED)],
     };
     let outcome = |station| match byte.outcomes.get(station) {
-        None => "  ".into(),
-        Some(Outcome::Pending(bytes)) => format!("{:<2}", STATES[*bytes]).dim(),
-        Some(Outcome::Delivered) => "ok".fg(BLUE).bold(),
-        Some(Outcome::Wrong) => "!!".fg(VERMILLION).bold(),
+        None => ("  ".into(), PLAIN),
+        Some(Outcome::Pending(bytes)) => (format!("{:<2}", STATES[*bytes]), DIM),
+        Some(Outcome::Delivered) => ("ok".into(), GOOD),
+        Some(Outcome::Wrong) => ("!!".into(), BAD),
     };
     [sent, arrived, outcome(0), outcome(1)]
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
-
     use super::*;
     use crate::demo::story::tests::story_at;
-    use crate::view_parts::tests::screen;
-
-    /// At 7 s the lecture's machine has missed 49 frames, and its failsafe has parked the seat.
-    const DEAF: [&str; 23] = [
-        "  framelock demo                                          q quits, space pauses",
-        "",
-        " ONE LOST BYTE                                                      7.0 of 20 s",
-        " One byte was lost, and one frame with it. Since then the lecture's machine",
-        " takes the AB inside each frame for its start, finds no CR at the end, and",
-        " starts over. The line is fine again, but this receiver is deaf: its failsafe",
-        " parks the seat. framelock looks at the bytes again, and hears the next frame.",
-        "",
-        " the lecture's machine   DEAF for 4.9 s                         failsafe PARKED",
-        " ●●●●●●●●●●●●●●●●●●●●×○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○○",
-        " ● 20 delivered  ○ 49 missed though whole  × 1 broken by the line  ! 0 wrong",
-        " seat, ┃ as sent  pitch ███┃███        roll ███┃███         yaw ┃██████",
-        "",
-        " framelock               LISTENING                                failsafe LIVE",
-        " ●●●●●●●●●●●●●●●●●●●●×●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●●",
-        " ● 69 delivered  ○ 0 missed though whole  × 1 broken by the line  ! 0 wrong",
-        " seat, ┃ as sent  pitch ███┃           roll ███┃            yaw ┃",
-        "",
-        " Bytes from the last fault on, and what each receiver waits for next",
-        " sent      41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│",
-        " arrived   -- 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│",
-        " lecture      A  A  B  1  2  3 │4  CR A  B  1  2  3 │4  CR A  B  1  2  3 │",
-        " framelock    A  A  B  1  2  3 │4  CR 2  3  4  CR ok│B  1  2  3  4  CR ok│",
-    ];
-
-    #[test]
-    fn the_live_view_and_the_plain_text_are_the_same_picture() {
-        let story = story_at(7_000);
-        let rows = screen(80, 23, |frame| assert!(draw(frame, &story, false)));
-        let rows: Vec<&str> = rows.iter().map(|row| row.trim_end()).collect();
-        assert_eq!(rows, DEAF);
-        let mut plain = Vec::new();
-        write(&story, &mut plain).unwrap();
-        let picture = DEAF[2..].iter().map(|row| row.trim_start());
-        let picture: Vec<&str> = picture.chain([""]).collect();
-        let plain = String::from_utf8(plain).unwrap();
-        assert_eq!(plain.lines().collect::<Vec<_>>(), picture);
-    }
 
     #[test]
     fn every_moment_fits_the_least_terminal() {
         for milliseconds in (0..=20_000).step_by(250) {
             let rows = lines(&story_at(milliseconds));
             assert_eq!(rows.len(), 21);
-            assert!(rows.iter().all(|row| row.width() <= WIDTH), "{rows:?}");
-        }
-    }
-
-    #[test]
-    fn on_a_terminal_that_is_too_small_it_says_what_it_needs() {
-        let story = story_at(3_000);
-        for (width, height) in [(1, 1), (50, 12), (79, 23), (80, 22)] {
-            let rows = screen(width, height, |frame| assert!(!draw(frame, &story, false)));
-            let text = rows.join("");
-            assert_eq!(text.contains("framelock demo | cat"), width >= 50, "{text}");
+            let width = |row: &Vec<Span>| {
+                row.iter()
+                    .map(|(text, _)| text.chars().count())
+                    .sum::<usize>()
+            };
+            assert!(rows.iter().all(|row| width(row) <= WIDTH), "{rows:?}");
+            let painted = painted(&story_at(milliseconds));
+            assert!(painted.len() == 23 && painted.iter().all(|row| !row.contains('\n')));
         }
     }
 }

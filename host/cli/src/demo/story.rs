@@ -132,8 +132,6 @@ fn moving(time: Duration) -> Setpoint {
     let motion = Motion {
         shape: Shape::FigureOfEight,
         amplitude: 80,
-        period: 4.0,
-        frequencies: [1.0; 2],
         axes: vec![Axis::Pitch, Axis::Roll],
     };
     motion.at(time)
@@ -359,9 +357,6 @@ fn part_at(time: Duration) -> (&'static Part, u32) {
 pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-    use framelock::motion::Phase;
-    use framelock_simulation::LEVEL;
-
     use super::*;
 
     /// Returns the story at this time.
@@ -369,11 +364,6 @@ pub(super) mod tests {
         let mut story = Story::new().unwrap();
         story.advance_to(Duration::from_millis(milliseconds));
         story
-    }
-
-    /// Returns the numbers of delivered, missed, broken and wrong frames.
-    fn counts(station: &Station) -> [usize; 4] {
-        [Fate::Delivered, Fate::Missed, Fate::Broken, Fate::Wrong].map(|fate| station.count(fate))
     }
 
     #[test]
@@ -401,76 +391,6 @@ pub(super) mod tests {
                 assert_eq!(stepped.output, station.output, "{step} ms");
             }
             assert_eq!(story.close_up, at_once.close_up);
-        }
-    }
-
-    /// While the seat stands still, one byte is lost. The lecture's machine never delivers again, although the line has
-    /// no more faults.
-    #[test]
-    fn one_lost_byte_makes_the_lectures_machine_deaf_and_framelock_not() {
-        for (milliseconds, lecture, framelock, deaf_for) in [
-            (2_000, [20, 0, 0, 0], [20, 0, 0, 0], None),
-            (2_050, [20, 0, 1, 0], [20, 0, 1, 0], None),
-            (2_150, [20, 1, 1, 0], [21, 0, 1, 0], Some(50)),
-            (8_000, [20, 59, 1, 0], [79, 0, 1, 0], Some(5_900)),
-        ] {
-            let story = story_at(milliseconds);
-            assert_eq!(story.stations.each_ref().map(counts), [lecture, framelock]);
-            let deaf_for = deaf_for.map(Duration::from_millis);
-            let stations = story.stations.each_ref();
-            let deafness = stations.map(|station| station.deaf_for(story.time));
-            assert_eq!(deafness, [deaf_for, None], "{milliseconds}");
-        }
-        let outputs = story_at(8_000).stations.map(|station| station.output);
-        assert_eq!(
-            outputs.map(|output| output.phase),
-            [Phase::Parked, Phase::Live]
-        );
-        assert_eq!(
-            outputs.map(|output| Setpoint::from(output.axes)),
-            [LEVEL, STILL]
-        );
-    }
-
-    #[test]
-    fn on_the_bad_line_framelock_loses_only_frames_with_a_fault() {
-        let story = story_at(20_000);
-        let [lecture, framelock] = story.stations.each_ref();
-        // One of the ten faults changes a position.
-        assert_eq!(counts(framelock), [150, 0, 9, 1]);
-        assert!(lecture.count(Fate::Missed) > 60);
-        assert_eq!(lecture.fates.iter().flatten().count(), 160);
-        assert_eq!(lecture.deaf_for(story.time), None);
-        let longest = story
-            .stations
-            .each_ref()
-            .map(|station| station.longest_deafness(story.time));
-        assert!(longest[0] > Duration::from_millis(5_900) && longest[1] == Duration::ZERO);
-    }
-
-    #[test]
-    fn in_the_silence_the_failsafe_holds_moves_to_park_and_comes_back() {
-        let mut story = Story::new().unwrap();
-        let mut phases = Vec::new();
-        while story.time < END {
-            phases.push(story.stations[1].output.phase);
-            story.advance_to(story.time + Duration::from_millis(10));
-        }
-        phases.dedup();
-        let [before, after] = [[Phase::Parked, Phase::Approach, Phase::Live]; 2];
-        assert_eq!(
-            phases,
-            [&before[..], &[Phase::Hold, Phase::Ramp], &after].concat()
-        );
-    }
-
-    #[test]
-    fn the_close_up_begins_with_the_frame_of_a_fault() {
-        for (milliseconds, faults) in [(1_000, 0), (3_000, 1), (9_600, 1), (20_000, 1)] {
-            let close_up = story_at(milliseconds).close_up;
-            let is_fault = |byte: &&ByteOnLine| byte.received != Some(byte.sent);
-            let count = close_up[0].iter().filter(is_fault).count();
-            assert_eq!((close_up.len(), count), (3, faults), "{milliseconds}");
         }
     }
 }

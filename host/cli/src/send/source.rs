@@ -1,43 +1,45 @@
-//! The frames to send: a built-in motion, the rows of a profile, or the setpoints of datagrams.
+//! The frames to send: a built-in motion, the rows of a profile, or setpoints from UDP datagrams of motion software.
 
-use std::time::Duration;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
 use framelock_simulation::Motion;
 
-use super::datagrams::Datagrams;
-use super::pacer::Rate;
 use crate::input::Input;
-use crate::rows::{Row, rows};
+use crate::options;
+use crate::output::note;
+use crate::rows::rows;
 
 /// A source of frames.
 pub(super) enum Source {
     Motion(Motion),
-    Profile(Profile),
+    /// The frames of a profile.
+    Profile(Vec<Vec<u8>>),
     Datagrams(Datagrams),
 }
 
-/// One or more frames and, if the file has times, the due time of each frame, counted from the first frame.
-pub(super) struct Profile {
-    frames: Vec<Vec<u8>>,
-    times: Option<Vec<Duration>>,
-}
-
 impl Source {
-    /// Returns the due time of a frame, counted from the first, or `None` if the source has ended.
-    pub(super) fn due(&self, number: u64, rate: Rate) -> Option<Duration> {
-        let is_over = match self {
+    /// Reads the rows of `input` to its end, so that no frame of an invalid profile is sent.
+    pub(super) fn profile(input: Input, frame: &Protocol) -> Result<Self> {
+        let name = input.name.clone();
+        let frames: Vec<Vec<u8>> = rows(input, frame)?.collect::<Result<_>>()?;
+        if frames.is_empty() {
+            bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
+        }
+        Ok(Self::Profile(frames))
+    }
+
+    /// Returns whether the source has no frame with this number or a higher one.
+    pub(super) fn is_over(&self, number: u64) -> bool {
+        match self {
             Self::Motion(_) => false,
             Self::Datagrams(datagrams) => datagrams.received().failure.is_some(),
-            Self::Profile(profile) => profile.frame(number).is_none(),
-        };
-        match self {
-            _ if is_over => None,
-            Self::Profile(Profile {
-                times: Some(times), ..
-            }) => times.get(usize::try_from(number).ok()?).copied(),
-            _ => Some(rate.due(number)),
+            Self::Profile(frames) => number >= frames.len() as u64,
         }
     }
 
@@ -45,71 +47,152 @@ impl Source {
     pub(super) fn frame(&self, number: u64, due: Duration, protocol: &Protocol) -> Option<Vec<u8>> {
         let setpoint = match self {
             Self::Motion(motion) => motion.at(due),
-            Self::Profile(profile) => return profile.frame(number).cloned(),
+            Self::Profile(frames) => return frames.get(usize::try_from(number).ok()?).cloned(),
             Self::Datagrams(datagrams) => datagrams.setpoint()?,
         };
         Some(protocol.encode_setpoint(setpoint))
     }
 }
 
-impl Profile {
-    /// Reads `input` to its end, so that no frame of an invalid profile is sent.
-    pub(super) fn read(input: Input, frame: &Protocol) -> Result<Self> {
-        let name = input.name.clone();
-        let rows: Vec<Row> = rows(input, frame, true)?.collect::<Result<_>>()?;
-        let Some(first) = rows.first() else {
-            bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
+/// The datagrams that were received.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Received {
+    latest: Option<(Setpoint, Instant)>,
+    pub(super) count: u64,
+    pub(super) bad: u64,
+    /// The error that ended reception.
+    pub(super) failure: Option<String>,
+}
+
+/// Listens for datagrams.
+#[derive(Clone, Default)]
+pub(super) struct Datagrams {
+    received: Arc<Mutex<Received>>,
+    stale_after: Duration,
+}
+
+impl Datagrams {
+    /// Listens at `address`. Prints the address, because the operating system may choose the port.
+    pub(super) fn listen(address: SocketAddr, stale_after: Duration) -> Result<Self> {
+        let socket = UdpSocket::bind(address)
+            .with_context(|| format!("cannot listen for datagrams at {address}"))?;
+        let address = socket.local_addr().unwrap_or(address);
+        note(&format!("listening for datagrams at {address}"));
+        let datagrams = Self {
+            received: Arc::default(),
+            stale_after,
         };
-        let first = first.time.unwrap_or(Duration::ZERO);
-        let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
-        Ok(Self {
-            times: times.collect(),
-            frames: rows.into_iter().map(|row| row.frame).collect(),
-        })
+        let listener = datagrams.clone();
+        // This thread ends with the process.
+        thread::spawn(move || {
+            let failure = listener.receive(&socket).to_string();
+            listener.lock().failure = Some(failure);
+        });
+        Ok(datagrams)
     }
 
-    /// Returns whether the profile has times.
-    pub(super) fn has_times(&self) -> bool {
-        self.times.is_some()
+    /// Returns a copy of the counts and the latest setpoint.
+    pub(super) fn received(&self) -> Received {
+        self.lock().clone()
     }
 
-    fn frame(&self, number: u64) -> Option<&Vec<u8>> {
-        self.frames.get(usize::try_from(number).ok()?)
+    /// Returns the latest setpoint, or `None` if it is stale, so that the board's failsafe takes over.
+    pub(super) fn setpoint(&self) -> Option<Setpoint> {
+        let latest = self.lock().latest;
+        latest.and_then(|(setpoint, at)| (at.elapsed() < self.stale_after).then_some(setpoint))
+    }
+
+    /// Locks the state, even after a panic of another thread, since the state is always valid.
+    fn lock(&self) -> MutexGuard<'_, Received> {
+        self.received.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Receives datagrams until the socket fails, and returns the error.
+    fn receive(&self, socket: &UdpSocket) -> std::io::Error {
+        // The buffer has room for any datagram, so that none is cut.
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            let (length, sender) = match socket.recv_from(&mut buffer) {
+                Ok(received) => received,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+                Err(error) => return error,
+            };
+            let at = Instant::now();
+            let outcome = parse(&buffer[..length]);
+            let mut received = self.lock();
+            received.count += 1;
+            match outcome {
+                Ok(setpoint) => received.latest = Some((setpoint, at)),
+                Err(problem) => {
+                    received.bad += 1;
+                    if received.bad == 1 {
+                        note(&format!(
+                            "a bad datagram from {sender}: {problem:#}; further bad ones are only counted"
+                        ));
+                    }
+                }
+            }
+        }
     }
 }
 
-#[cfg(test)]
-pub(super) mod tests {
-    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+/// Parses a datagram: three bytes, or text.
+fn parse(datagram: &[u8]) -> Result<Setpoint> {
+    if let &[pitch, roll, yaw] = datagram {
+        return Ok(Setpoint { pitch, roll, yaw });
+    }
+    // Some programs also send the zero byte at the end of a string.
+    let text = String::from_utf8_lossy(datagram);
+    options::setpoint(text.trim_end_matches('\0').trim())
+        .context("it is neither three bytes nor text such as 127,200,74")
+}
 
-    use std::num::NonZeroU32;
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use super::*;
 
-    const RATE: Rate = Rate(NonZeroU32::new(100).unwrap());
-
-    pub(in super::super) fn profile(text: &str) -> Profile {
-        let frame = Protocol::named("bin").unwrap();
-        Profile::read(Input::new("moves", text.as_bytes()), &frame).unwrap()
+    #[test]
+    fn each_form_of_datagram_is_parsed_and_a_bad_one_is_reported_with_the_reason() {
+        let setpoint = Setpoint::from([127, 200, 74]);
+        for (datagram, outcome) in [
+            (&b"\x7F\xC8\x4A"[..], Ok(setpoint)),
+            (b"127,200,74", Ok(setpoint)),
+            (b" 127 , 200 ,74\r\n", Ok(setpoint)),
+            (b"127,200,74\n\0", Ok(setpoint)),
+            // Three bytes are always taken as bytes, even if they look like text.
+            (b"1,2", Ok(Setpoint::from(*b"1,2"))),
+            (b"", Err("neither three bytes")),
+            (b"1,2,3,4", Err("neither three bytes")),
+            (
+                b"1,2,256",
+                Err("yaw \"256\" is not a whole number from 0 to 255"),
+            ),
+            (b"-1,2,3", Err("pitch \"-1\"")),
+            (b"1,2.5,3", Err("roll \"2.5\"")),
+        ] {
+            match (parse(datagram), outcome) {
+                (Err(problem), Err(reason)) => {
+                    let problem = format!("{problem:#}");
+                    assert!(problem.contains(reason), "{problem}");
+                }
+                (parsed, outcome) => assert_eq!(parsed.ok(), outcome.ok(), "{datagram:?}"),
+            }
+        }
     }
 
     #[test]
-    fn each_setpoint_is_sent_at_its_time_or_at_a_rate() {
-        let bin = Protocol::named("bin").unwrap();
-        let timed = "time,yaw,pitch,roll\n1.00,3,1,2\n1.02,6,4,5\n1.02,7,7,7\n1.05,9,8,8\n";
-        for (text, has_times, expected) in [
-            (timed, true, &[(0, 1), (20, 4), (20, 7), (50, 8)][..]),
-            ("1,2,3\n4,5,6", false, &[(0, 1), (10, 4)]),
-        ] {
-            let profile = profile(text);
-            assert_eq!(profile.has_times(), has_times);
-            let source = Source::Profile(profile);
-            let dues = (0..).map_while(|number| source.due(number, RATE));
-            let frames = dues.zip(0..).map(|(due, number)| {
-                let frame = source.frame(number, due, &bin).unwrap();
-                (due.as_millis(), frame[3])
-            });
-            assert_eq!(frames.collect::<Vec<_>>(), expected);
+    fn a_stale_datagram_is_not_sent_any_more() {
+        let setpoint = Setpoint::from([1, 2, 3]);
+        for (seconds, expected) in [(3_600, Some(setpoint)), (0, None)] {
+            let datagrams = Datagrams {
+                stale_after: Duration::from_secs(seconds),
+                ..Datagrams::default()
+            };
+            assert_eq!(datagrams.setpoint(), None);
+            datagrams.lock().latest = Some((setpoint, Instant::now()));
+            assert_eq!(datagrams.setpoint(), expected);
         }
     }
 }

@@ -1,26 +1,20 @@
-//! Sends each frame when it is due, and parks after the last frame.
+//! Sends each frame when it is due, and parks after the last frame. Every deadline counts from the start, so lateness
+//! never adds up.
 
 use std::io::{self, Write};
-use std::time::Duration;
+use std::num::NonZeroU32;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
 
 use framelock::motion::Setpoint;
 use framelock_receiving::Protocol;
-use framelock_simulation::between;
+use framelock_simulation::{LEVEL, between};
 
-use super::pacer::{Clock, Pacer, Rate};
 use super::source::Source;
+use crate::options::whole;
 
 /// The number of frames with the park setpoint. Repetitions help if the line loses frames.
 const PARK_FRAMES: u32 = 5;
-
-/// The parking at the end of a transmission.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Parking {
-    pub(super) at: Setpoint,
-    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has the park
-    /// setpoint.
-    pub(super) seconds: f64,
-}
 
 /// Sends frames of one format, and counts them.
 pub(super) struct Transmission<'a, C, W> {
@@ -50,15 +44,15 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
         }
     }
 
-    /// Sends the frames of `source` for at most `length`, or until there is a reason to stop, and then parks.
+    /// Sends the frames of `source` for at most `length`, or until there is a reason to stop, and then parks if wanted.
     pub(super) fn run(
         &mut self,
         source: &Source,
         length: Option<Duration>,
-        parking: Option<Parking>,
+        parks: bool,
     ) -> io::Result<()> {
-        let dues = (0..).map_while(|number| Some((number, source.due(number, self.rate)?)));
-        for (number, due) in dues {
+        for number in (0..).take_while(|number| !source.is_over(*number)) {
+            let due = self.rate.due(number);
             if length.is_some_and(|length| due >= length) || !self.pacer.wait_until(due) {
                 break;
             }
@@ -70,28 +64,24 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
             self.line.write_all(&bytes)?;
             self.frames += 1;
         }
-        if let Some(parking) = parking {
-            self.park(parking)?;
+        if parks {
+            self.park()?;
         }
         self.line.flush()
     }
 
-    /// Moves the axes in a straight line to the park setpoint.
-    fn park(&mut self, Parking { at, seconds }: Parking) -> io::Result<()> {
+    /// Moves the axes in a straight line to the middle position, which takes a second.
+    fn park(&mut self) -> io::Result<()> {
         self.pacer.restart();
-        let from = self.last.unwrap_or(at);
-        let way = if from == at || seconds <= 0.0 {
-            0
-        } else {
-            self.rate.frames_in(seconds)
-        };
-        for frame in 1..=way.saturating_add(PARK_FRAMES) {
+        let from = self.last.unwrap_or(LEVEL);
+        let way = if from == LEVEL { 0 } else { self.rate.0.get() };
+        for frame in 1..=way + PARK_FRAMES {
             // The first parking frame is due one frame time after the last frame of the motion.
             self.pacer.wait_until(self.rate.due(frame.into()));
             let setpoint = if frame < way {
-                between(from, at, f64::from(frame) / f64::from(way))
+                between(from, LEVEL, f64::from(frame) / f64::from(way))
             } else {
-                at
+                LEVEL
             };
             self.line.write_all(&self.frame.encode_setpoint(setpoint))?;
             self.park_frames += 1;
@@ -100,135 +90,192 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
     }
 }
 
+/// If a frame is late by at most this time, the next frames are sent sooner to catch up. If a frame is later than that,
+/// the process or the line was held up. All later deadlines are then postponed, so that the motion does not rush.
+const MOST_MADE_UP: Duration = Duration::from_millis(250);
+
+/// A number of frames per second.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Rate(pub(super) NonZeroU32);
+
+impl Rate {
+    /// Parses a rate of 1 to 100 000 frames per second.
+    pub(super) fn parse(text: &str) -> anyhow::Result<Self> {
+        let rate = whole::<u32>(text, 1, 100_000)?;
+        Ok(Self(NonZeroU32::new(rate).expect("at least 1")))
+    }
+
+    /// Returns the due time of a frame, rounded down to a nanosecond. The error does not grow with `number`.
+    pub(super) fn due(self, number: u64) -> Duration {
+        let rate = self.0.get();
+        let (seconds, frames) = (number / u64::from(rate), number % u64::from(rate));
+        Duration::from_secs(seconds) + Duration::from_secs(frames) / rate
+    }
+}
+
+/// A clock that can wait until a given time.
+pub(super) trait Clock {
+    /// Returns the time since an arbitrary start.
+    fn now(&self) -> Duration;
+
+    /// Waits until `time` and returns true, or returns false as soon as there is a reason to stop.
+    fn wait_until(&mut self, time: Duration) -> bool;
+}
+
+/// Waits for deadlines, and measures the lateness.
+pub(super) struct Pacer<C> {
+    pub(super) clock: C,
+    /// The clock's time from which due times are counted. Postponing the deadlines increases it.
+    start: Duration,
+    /// The largest lateness of a frame.
+    pub(super) worst: Duration,
+    /// The number of times that all deadlines were postponed. `held_up` is the total time by which they were postponed.
+    pub(super) hold_ups: u32,
+    pub(super) held_up: Duration,
+}
+
+impl<C: Clock> Pacer<C> {
+    /// Makes a pacer whose time starts now.
+    pub(super) fn new(clock: C) -> Self {
+        Self {
+            start: clock.now(),
+            clock,
+            worst: Duration::ZERO,
+            hold_ups: 0,
+            held_up: Duration::ZERO,
+        }
+    }
+
+    /// Counts due times from now on.
+    pub(super) fn restart(&mut self) {
+        self.start = self.clock.now();
+    }
+
+    /// Waits until `due` after the start. Returns false if there is a reason to stop.
+    pub(super) fn wait_until(&mut self, due: Duration) -> bool {
+        let deadline = self.start + due;
+        if !self.clock.wait_until(deadline) {
+            return false;
+        }
+        let late = self.clock.now().saturating_sub(deadline);
+        if late > MOST_MADE_UP {
+            self.start += late;
+            self.hold_ups += 1;
+            self.held_up += late;
+        } else {
+            self.worst = self.worst.max(late);
+        }
+        true
+    }
+}
+
+/// The computer's clock. A message on its channel is a reason to stop.
+pub(super) struct RealClock {
+    beginning: Instant,
+    stop: Receiver<()>,
+    is_stopped: bool,
+}
+
+impl RealClock {
+    pub(super) fn new(stop: Receiver<()>) -> Self {
+        Self {
+            beginning: Instant::now(),
+            stop,
+            is_stopped: false,
+        }
+    }
+}
+
+impl Clock for RealClock {
+    fn now(&self) -> Duration {
+        self.beginning.elapsed()
+    }
+
+    /// Waits, but returns false as soon as the first message arrives. Later waits belong to the parking, and further
+    /// messages do not stop the parking.
+    fn wait_until(&mut self, time: Duration) -> bool {
+        let left = time.saturating_sub(self.now());
+        if self.is_stopped {
+            std::thread::sleep(left);
+            return true;
+        }
+        self.is_stopped = self.stop.recv_timeout(left) != Err(RecvTimeoutError::Timeout);
+        !self.is_stopped
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    #![allow(
-        clippy::unwrap_used,
-        clippy::indexing_slicing,
-        reason = "a panic fails the test"
-    )]
-
-    use std::num::NonZeroU32;
-
-    use framelock::motion::Bin;
-    use framelock::{Line, Receiver};
-
-    use super::super::datagrams::Datagrams;
-    use super::super::pacer::tests::TestClock;
-    use super::super::source::tests::profile;
     use super::*;
 
-    const RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
-
-    const PARKING: Parking = Parking {
-        at: Setpoint {
-            pitch: 100,
-            roll: 128,
-            yaw: 128,
-        },
-        seconds: 0.1,
-    };
-
-    /// The pitches while parking from pitch 9: first the pitches on the way, then the pitch of the park position.
-    const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
-
-    /// Returns a source of ten frames with the pitches 0 to 9.
-    fn ten() -> Source {
-        let rows: Vec<String> = (0..10).map(|pitch| format!("{pitch},128,128\n")).collect();
-        Source::Profile(profile(&rows.concat()))
+    /// A clock that never really waits. The test chooses how late each wait ends.
+    struct TestClock {
+        now: Duration,
+        /// The lateness of each wait, in order. Further waits are on time.
+        late: std::collections::VecDeque<Duration>,
+        waits: Vec<Duration>,
     }
 
-    /// Returns the pitches that a receiver delivers, and the numbers of moving, silent and parking frames. The receiver
-    /// discards nothing.
-    fn run(
-        clock: &mut TestClock,
-        source: &Source,
-        milliseconds: Option<u64>,
-        parking: Option<Parking>,
-    ) -> (Vec<u8>, [u64; 3]) {
-        let (mut bytes, frame) = (Vec::new(), Protocol::named("bin").unwrap());
-        let mut transmission = Transmission::new(clock, &mut bytes, &frame, RATE);
-        let length = milliseconds.map(Duration::from_millis);
-        transmission.run(source, length, parking).unwrap();
-        let Transmission {
-            frames,
-            silent,
-            park_frames,
-            ..
-        } = transmission;
-        let mut pitches = Vec::new();
-        let mut line = Line::new(Receiver::<Bin>::new());
-        line.feed(&bytes, |found| {
-            let setpoint = found.message().unwrap();
-            assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
-            pitches.push(setpoint.pitch);
-        });
-        (pitches, [frames, silent, park_frames])
+    impl Clock for &mut TestClock {
+        fn now(&self) -> Duration {
+            self.now
+        }
+
+        fn wait_until(&mut self, time: Duration) -> bool {
+            self.waits.push(time);
+            self.now = self.now.max(time) + self.late.pop_front().unwrap_or(Duration::ZERO);
+            true
+        }
+    }
+
+    const fn ms(milliseconds: u64) -> Duration {
+        Duration::from_millis(milliseconds)
     }
 
     #[test]
-    fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
-        let silent = Source::Datagrams(Datagrams::default());
-        for (source, milliseconds, frames, counts) in [
-            (&ten(), None, 10, [10, 0, 0]),
-            // The transmission ends after its length, although the source has more frames.
-            (&ten(), Some(60), 3, [3, 0, 0]),
-            (&silent, Some(60), 0, [0, 3, 0]),
+    fn deadlines_do_not_drift() {
+        for rate in [1, 3, 50, 60, 7_919, 100_000] {
+            let paced = Rate(NonZeroU32::new(rate).expect("not 0"));
+            // The times go up to a thousand years.
+            for seconds in [0, 1, 3_600, 31_557_600_000] {
+                let first = seconds * u64::from(rate);
+                assert_eq!(paced.due(first), Duration::from_secs(seconds));
+                let next = paced.due(first + 1).saturating_sub(paced.due(first));
+                assert_eq!(next, Duration::from_secs(1) / rate);
+            }
+        }
+    }
+
+    #[test]
+    fn lateness_does_not_add_up_and_a_hold_up_moves_everything_back() {
+        for (late, waits, worst, hold_ups) in [
+            ([0, 5, 30, 0], [7, 27, 47, 67], 30, 0),
+            ([0, 250, 0, 3], [7, 27, 47, 67], 250, 0),
+            ([0, 10_000, 0, 0], [7, 27, 10_047, 10_067], 0, 1),
         ] {
-            let mut clock = TestClock::default();
-            let (pitches, actual) = run(&mut clock, source, milliseconds, None);
-            assert_eq!(pitches, (0..frames).collect::<Vec<u8>>());
-            assert_eq!(actual, counts);
-            let waits = (0..counts[0] + counts[1]).map(|number| RATE.due(number));
-            assert!(waits.eq(clock.waits));
-        }
-    }
-
-    #[test]
-    fn the_axes_park_in_a_straight_line_and_stay_there() {
-        let mut clock = TestClock::default();
-        let (pitches, counts) = run(&mut clock, &ten(), None, Some(PARKING));
-        assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
-        assert_eq!(counts, [10, 0, 10]);
-        // Parking keeps the rate of the motion.
-        assert_eq!(clock.waits.last(), Some(&RATE.due(19)));
-        let at_once = Parking {
-            seconds: 0.0,
-            ..PARKING
-        };
-        let (pitches, _) = run(&mut TestClock::default(), &ten(), None, Some(at_once));
-        assert_eq!(pitches[10..], [100; 5]);
-    }
-
-    #[test]
-    fn a_reason_to_stop_ends_the_motion_and_parks() {
-        // Before the first frame, the position is unknown, so only the park position is sent.
-        for (stop_after, park_frames) in [(4, 10), (0, 5)] {
             let mut clock = TestClock {
-                stop_after: Some(stop_after),
-                ..TestClock::default()
+                now: ms(7),
+                late: late.map(ms).into(),
+                waits: Vec::new(),
             };
-            let (pitches, counts) = run(&mut clock, &ten(), None, Some(PARKING));
-            assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
-            assert!(pitches.ends_with(&[100; 5]));
-            assert_eq!(counts, [stop_after as u64, 0, park_frames]);
+            let mut pacer = Pacer::new(&mut clock);
+            for frame in 0..4 {
+                assert!(pacer.wait_until(ms(20) * frame));
+            }
+            assert_eq!((pacer.worst, pacer.hold_ups), (ms(worst), hold_ups));
+            assert_eq!(pacer.held_up, ms(10_000) * hold_ups);
+            assert_eq!(clock.waits, waits.map(ms));
         }
     }
 
     #[test]
-    fn frames_in_returns_at_least_one_frame_and_saturates() {
-        for (seconds, frames) in [(1.0, 50), (0.0, 1), (1e300, u32::MAX)] {
-            assert_eq!(RATE.frames_in(seconds), frames);
-        }
-    }
-
-    #[test]
-    fn an_error_of_the_line_ends_the_transmission_and_keeps_the_count() {
-        // The line has room for three frames.
-        let (mut clock, mut bytes) = (TestClock::default(), [0; 21]);
-        let (mut line, frame) = (&mut bytes[..], Protocol::named("bin").unwrap());
-        let mut transmission = Transmission::new(&mut clock, &mut line, &frame, RATE);
-        transmission.run(&ten(), None, Some(PARKING)).unwrap_err();
-        assert_eq!(transmission.frames, 3);
+    fn a_reason_to_stop_ends_the_wait() {
+        let (stop, stopped) = std::sync::mpsc::channel();
+        let mut clock = RealClock::new(stopped);
+        assert!(clock.wait_until(Duration::ZERO));
+        assert_eq!(stop.send(()), Ok(()));
+        // Without the message, this would wait for an hour.
+        assert!(!clock.wait_until(Duration::from_secs(3600)));
+        assert!(clock.wait_until(Duration::ZERO));
     }
 }

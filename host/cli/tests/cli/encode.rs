@@ -6,26 +6,12 @@ use std::io::{Read, Write};
 use framelock::Encode;
 use framelock::motion::{Bin, Setpoint};
 use framelock_limited::{Process, RunToEnd as _};
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::process::{complaint, feed, framelock, shown, start, written};
 
 fn frames(setpoints: &[[u8; 3]]) -> Vec<u8> {
     let frame = |&setpoint| Bin::encode(Setpoint::from(setpoint));
     setpoints.iter().flat_map(frame).collect()
-}
-
-#[test]
-fn decoded_rows_can_be_encoded_again() {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    // The input is longer than any buffer, in every format.
-    let setpoints: Vec<[u8; 3]> = (0..20_000).map(|_| random.random()).collect();
-    let stream = frames(&setpoints);
-    for format in ["--format=jsonl", "--format=csv"] {
-        let text = shown(&["decode", format], &stream);
-        assert!(written(&["encode"], &text) == stream, "{format}");
-    }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Tests of the behaviour that all subcommands share.
 
 use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-use crate::process::{CLEAN, complaint, feed, framelock, run, shown, start, text};
+use crate::process::{CLEAN, complaint, feed, framelock, run, start, text};
 use framelock_limited::Process;
 
 const SUBCOMMANDS: [&str; 8] = [
@@ -26,7 +27,7 @@ fn help_begins_with_the_demo_and_is_a_page_on_a_terminal_of_eighty_columns() {
     let commands: Vec<&str> = commands
         .map(|line| line.split_whitespace().next().unwrap())
         .collect();
-    let expected = "demo trace decode monitor send encode generate simulate ports completions help";
+    let expected = "demo trace decode monitor send encode generate simulate ports help";
     assert_eq!(commands.join(" "), expected, "each in a line of its own");
     assert!(all.contains("Examples:\n  framelock demo "), "{all}");
     for subcommand in SUBCOMMANDS {
@@ -37,19 +38,6 @@ fn help_begins_with_the_demo_and_is_a_page_on_a_terminal_of_eighty_columns() {
         let short = help(&[subcommand, "-h"]);
         assert!(!short.contains("Examples:"), "{short}");
         assert!(long.starts_with(&short), "{short}");
-    }
-}
-
-#[test]
-fn completions_have_every_command_and_the_names_of_frames() {
-    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let script = shown(&["completions", shell], "");
-        for command in SUBCOMMANDS {
-            assert!(script.contains(command), "{shell}: {command}");
-        }
-        // Clap completes no values in the other shells.
-        let has_values = ["bash", "zsh", "fish"].contains(&shell);
-        assert_eq!(script.contains("mavlink1"), has_values, "{shell}");
     }
 }
 
@@ -139,4 +127,20 @@ fn an_error_message_names_the_problem_and_the_remedy() {
             }
         }
     }
+}
+
+#[test]
+fn rows_of_trace_are_written_as_the_bytes_arrive() {
+    let mut child = start(&["trace", "-", "--policy", "framelock"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    rows.next().unwrap().unwrap();
+    for _ in 0..3 {
+        input.write_all(b"A").unwrap();
+        // If the program held the row back, this read would never return.
+        assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
+    }
+    drop(input);
+    assert!(rows.any(|row| row.unwrap().starts_with("framelock:")));
+    assert!(child.wait().unwrap().success());
 }

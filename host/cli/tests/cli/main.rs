@@ -10,9 +10,8 @@
     allow(dead_code, unused_imports, reason = "for tests that need Linux")
 )]
 
-#[cfg(target_os = "linux")]
-mod at_terminal;
 mod decode;
+#[cfg(target_os = "linux")]
 mod demo;
 mod encode;
 mod every_subcommand;
@@ -24,8 +23,6 @@ mod pseudo_terminal;
 mod round_trips;
 #[cfg(target_os = "linux")]
 mod send;
-mod simulate;
 mod terminal;
-mod trace;
 #[cfg(unix)]
 mod transcripts;

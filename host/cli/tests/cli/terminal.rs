@@ -42,7 +42,9 @@ fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
 #[test]
 fn control_characters_from_the_line_never_reach_the_terminal() {
     let (_folder, lines) = described(LINES);
-    let shipped = SHIPPED.iter().map(|(name, _)| format!("--frame={name}"));
+    // A stream has no breaks, which DMX512 needs.
+    let shipped = SHIPPED.iter().filter(|(name, _)| *name != "dmx512");
+    let shipped = shipped.map(|(name, _)| format!("--frame={name}"));
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut stream = Vec::new();
     for _ in 0..500 {

@@ -2,11 +2,11 @@
 //! frames and however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with
 //! random descriptions and the fuzz target call these checks.
 
-use framelock::{Classification, Format, LineEvent};
+use framelock::{Format, Line, LineEvent, PacketReceiver, Stuffing};
 use framelock_description::Description;
 use framelock_formats::CheckedLayout;
 use framelock_oracles::{Stream, StreamStep, cut, faulty, layouts};
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, values, with_any_end};
@@ -43,9 +43,9 @@ pub fn agrees_with_the_reference(
 ) -> usize {
     let format = description.format();
     let mut frames = frames(description, random);
+    frames.retain(|frame| description.sent(frame).is_some());
     for frame in &mut frames {
-        let classification = format.classify(frame);
-        assert_eq!(classification, Classification::Frame(frame.len()));
+        assert!(description.is_frame(frame), "{text}\n{frame:02X?}");
         let again = description.encode(&values(description, frame));
         assert_eq!(again.as_ref(), Ok(&*frame), "{text}\n{frame:02X?}");
         let other = with_any_end(description, frame, random);
@@ -58,13 +58,78 @@ pub fn agrees_with_the_reference(
         .iter()
         .map(|kind| *kind.layout())
         .collect();
-    let line = |bytes: &[u8], random: &mut ChaCha8Rng| {
-        let idle = StreamStep::Event(LineEvent::Idle);
-        Stream([cut(bytes, random), vec![idle]].concat())
+    if let Some(stuffing) = format.packets() {
+        check_packets(description, stuffing, &frames, text, random);
+        return frames.len();
+    }
+    // If silence ends the frames, there are pauses between slices.
+    let pauses: f64 = if description.ending_event().is_some() {
+        0.5
+    } else {
+        0.0
     };
-    let clean = layouts(format, &all, &line(&frames.concat(), random));
+    let line = |slices: Vec<StreamStep>, pauses: f64, random: &mut ChaCha8Rng| {
+        let idle = StreamStep::Event(LineEvent::Idle);
+        let mut steps = Vec::new();
+        for slice in slices {
+            steps.push(slice);
+            steps.extend(random.random_bool(pauses).then(|| idle.clone()));
+        }
+        Stream([steps, vec![idle]].concat())
+    };
+    let slices = if pauses > 0.0 {
+        frames.iter().cloned().map(StreamStep::Slice).collect()
+    } else {
+        cut(&frames.concat(), random)
+    };
+    let clean = layouts(format, &all, &line(slices, pauses.ceil(), random));
     let delivered = (clean.frames as usize, clean.discarded.total());
     assert_eq!(delivered, (frames.len(), 0), "{text}");
-    layouts(format, &all, &line(&faulty(&frames, random), random));
+    let slices = cut(&faulty(&frames, random), random);
+    layouts(format, &all, &line(slices, pauses, random));
     frames.len()
+}
+
+/// Asserts that the receiver of packets delivers each frame of a stream that consists of packets only. Also asserts that it
+/// delivers each frame on a faulty line, if a single byte is the delimiter. The oracle `packets` defines what else a
+/// receiver may deliver.
+fn check_packets(
+    description: &Description,
+    stuffing: Stuffing,
+    frames: &[Vec<u8>],
+    text: &str,
+    random: &mut ChaCha8Rng,
+) {
+    let format = description.format();
+    let receive = |chunks: &[Vec<u8>]| {
+        let parser = PacketReceiver::with_buffer(format.clone(), vec![0; format.longest()]);
+        let (mut line, mut received) = (Line::new(parser.unwrap()), Vec::new());
+        for bytes in chunks {
+            // A break precedes and follows each packet.
+            for bytes in [&[][..], bytes] {
+                line.feed(bytes, |found| {
+                    received.extend(found.decoded().map(|(_, frame)| frame.to_vec()));
+                });
+                if stuffing == Stuffing::Break {
+                    line.line_event(LineEvent::Break, |found| {
+                        received.extend(found.decoded().map(|(_, frame)| frame.to_vec()));
+                    });
+                }
+            }
+        }
+        (received, line.counters().discarded.total())
+    };
+    let sent: Vec<Vec<u8>> = frames
+        .iter()
+        .map(|frame| description.sent(frame).unwrap())
+        .collect();
+    assert_eq!(receive(&sent), (frames.to_vec(), 0), "{text}");
+    if matches!(stuffing, Stuffing::Escape { .. } | Stuffing::Cobs) {
+        let (received, _) = receive(&[faulty(&sent, random)]);
+        let mut rest = received.iter();
+        assert!(
+            frames.iter().all(|frame| rest.any(|one| one == frame)),
+            "{text}"
+        );
+    }
 }

@@ -55,8 +55,17 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             .collect();
         let end = ends.choose(random).copied().unwrap_or(rest);
         let most = *[1, 3, u8::MAX].choose(random)?;
+        let checksum = kind.layout().checksum;
+        let is_hex = checksum.is_some_and(|checksum| checksum.over_hex_digits);
         let content = kind.layout().header()..end;
-        let content: Vec<u8> = content.map(|_| random.random_range(0..=most)).collect();
+        let content = content.map(|_| {
+            if is_hex {
+                *b"0123456789ABCDEFabcdef".choose(random).unwrap()
+            } else {
+                random.random_range(0..=most)
+            }
+        });
+        let content: Vec<u8> = content.collect();
         let filled = frame(kind.layout(), &content, |count| {
             random.random_range(0..count)
         });
@@ -75,6 +84,9 @@ pub fn with_any_end(description: &Description, frame: &[u8], random: &mut ChaCha
     let layout = description.kinds[description.number(frame)].layout();
     let content = frame.len() - layout.terminator.length;
     let own = layout.terminator.length;
+    if layout.behind > 0 {
+        return frame.to_vec();
+    }
     let others: Vec<&[u8]> = layout
         .terminators()
         .filter(|end| end.len() != own)
@@ -93,6 +105,18 @@ pub const ENDS: &[&str] = &[
     "'04 | 1A'",
     "'0D 0A | 0A'",
     "'0A | 0D 0A | 0D 0D 0A'",
+];
+/// The forms of packets.
+pub const PACKETS: &[&str] = &[
+    "'slip'",
+    "'hdlc'",
+    "'cobs'",
+    "'dle'",
+    "'break'",
+    "{ delimiter = '24', escape = '7D', xor = '20' }",
+    "{ delimiter = '00', escape = '01', delimiter_code = '02', escape_code = '03' }",
+    "{ escape = '10', start = '24', end = 'B5' }",
+    "{ escape = '10', end = '03' }",
 ];
 /// Contents.
 pub const CONTENTS: &[&str] = &[
@@ -141,6 +165,14 @@ pub const CHECKSUMS: &[(&str, &str, usize)] = &[
     ("name = 'xor'", "u8", 1),
     ("name = 'xor'", "hex8", 2),
     ("name = 'sum'", "u16le", 2),
+    ("name = 'sum', xor = 0xFFFF", "u16le", 2),
+    ("name = 'sum', initial = 0xFF, xor = 0xFF", "u8", 1),
+    ("name = 'carry-sum'", "u16be", 2),
+    ("name = 'carry-sum', xor = 0xFF", "u8", 1),
+    ("name = 'sum-words', initial = 3", "u16be", 2),
+    ("name = 'xor', initial = 0x55", "u8", 1),
+    ("name = 'xor-words'", "u16le", 2),
+    ("name = 'sum', over = 'hex digits'", "hex8", 2),
     ("name = 'fletcher-8'", "u16le", 2),
     ("name = 'CRC-16'", "u16be", 2),
     ("name = 'CRC-24/BLE'", "u24le", 3),
@@ -156,21 +188,48 @@ pub const CHECKSUMS: &[(&str, &str, usize)] = &[
 /// Returns a random description, which may contradict itself.
 pub fn description(random: &mut ChaCha8Rng) -> String {
     let mut text = String::new();
+    let (mut checksum, has_checksum) = (*CHECKSUMS.choose(random).unwrap(), random.random());
+    let from = *[0, 0, 1, 3].choose(random).unwrap();
     let mut one_of = |these: &[&str]| (*these.choose(random).unwrap()).to_owned();
     let sync = one_of(SYNCS);
     if !sync.is_empty() {
         writeln!(text, "sync = {sync}").unwrap();
     }
-    let (mut at, mut end_length) = (2, 0);
-    let length = one_of(&["fixed", "terminator", "field", "field"]);
+    let packets = one_of(&[&[""; 12], PACKETS].concat());
+    if !packets.is_empty() {
+        writeln!(text, "packets = {packets}").unwrap();
+    }
+    let (mut at, mut from_end) = (2, 0);
+    let length = one_of(&["fixed", "terminator", "field", "field", "silence"]);
+    let sync_length = sync
+        .split('|')
+        .next()
+        .unwrap()
+        .matches(|c: char| c.is_ascii_hexdigit())
+        .count()
+        / 2;
+    let has_sum_of_digits = checksum.0.contains("over");
     match &*length {
         "fixed" => writeln!(text, "length = {}", one_of(LENGTHS)).unwrap(),
         "terminator" => {
             let end = one_of(ENDS);
-            end_length = if end.starts_with("'0D") { 2 } else { 1 };
             writeln!(text, "terminator = {end}\nlongest = 60").unwrap();
+            if has_checksum && one_of(&["", "behind"]) == "behind" {
+                writeln!(text, "behind = {}", checksum.2).unwrap();
+            } else {
+                from_end = if end.starts_with("'0D") { 2 } else { 1 };
+            }
             write!(text, "{}", one_of(CONTENTS)).unwrap();
-            at = sync.matches(|c: char| c.is_ascii_hexdigit()).count() / 2;
+            at = sync_length;
+        }
+        "silence" => {
+            let ends = if packets.is_empty() {
+                "ends = 'silence'\n"
+            } else {
+                ""
+            };
+            writeln!(text, "{ends}longest = 60").unwrap();
+            at = sync_length;
         }
         _ => {
             let (kind, rest) = (one_of(LENGTH_TYPES), one_of(COUNTED));
@@ -182,26 +241,30 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
             at += if kind == "'u8'" { 1 } else { 3 };
         }
     }
-    if length != "fixed" {
+    // Only text after a sync can consist of hex digits.
+    let is_text = ["terminator", "silence"].contains(&&*length)
+        && has_sum_of_digits
+        && has_checksum
+        && !sync.is_empty();
+    if has_sum_of_digits && !is_text {
+        checksum = CHECKSUMS[0];
+    }
+    if length != "fixed" && !is_text {
         writeln!(text, "{}", one_of(&["", "shortest = 24"])).unwrap();
     }
-    let (name, kind, bytes) = *CHECKSUMS.choose(random).unwrap();
-    if length != "terminator" || random.random() {
-        let place = bytes
-            + if length == "terminator" {
-                end_length
-            } else {
-                0
-            };
-        let from = [0, 0, 1, 3].choose(random).unwrap();
+    let (name, kind, bytes) = checksum;
+    if length != "terminator" || has_checksum {
+        let from = if is_text { at } else { from };
+        let place = bytes + from_end;
         writeln!(
             text,
             "checksum = {{ {name}, type = '{kind}', at = -{place}, from = {from} }}"
         )
         .unwrap();
     }
-    for number in 0..random.random_range(0..5) {
-        let (length, rest) = *FIELDS.choose(random).unwrap();
+    let fields = if is_text { &FIELDS[..2] } else { FIELDS };
+    for number in 0..random.random_range(usize::from(is_text)..5) {
+        let (length, rest) = *fields.choose(random).unwrap();
         writeln!(
             text,
             "[[fields]]\nname = 'field{number}'\nat = {at}\n{rest}\n"

@@ -14,6 +14,6 @@ mod drawn;
 
 pub use agreement::{agrees_with_the_reference, is_refused_or_agrees};
 pub use drawn::{
-    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, SYNCS, description, frames,
-    values, with_any_end,
+    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, PACKETS, SYNCS, description,
+    frames, values, with_any_end,
 };

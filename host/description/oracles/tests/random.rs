@@ -13,7 +13,7 @@ use std::path::Path;
 
 use framelock_description::{Description, SHIPPED};
 use framelock_description_oracles::{
-    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, SYNCS,
+    CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, PACKETS, SYNCS,
     agrees_with_the_reference, description, frames, is_refused_or_agrees,
 };
 use framelock_formats::check_laws;
@@ -78,6 +78,10 @@ fn forms() -> Vec<String> {
         all(LENGTHS, |length| format!("length = {length}\n")),
         all(ENDS, |end| format!("terminator = {end}\n")),
         all(CONTENTS, str::to_owned),
+        all(PACKETS, |packets| format!("packets = {packets}\n")),
+        ["ends = 'silence'", "\nbehind = "]
+            .map(str::to_owned)
+            .to_vec(),
         all(LENGTH_TYPES, |kind| {
             format!("length_field = {{ at = 2, type = {kind}")
         }),

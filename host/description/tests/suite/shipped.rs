@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
-use framelock_description::{Description, SHIPPED};
+use framelock_description::{Description, SHIPPED, shipped};
 use framelock_formats::layout::{Algorithm, Checksum, Table};
 use framelock_formats::{
     CheckedLayout, Layout, crsf, ibus,
     mavlink::{self, ARDUPILOTMEGA},
+    modbus,
     motion::{BIN, BIN_CRC8, SIX_AXES},
     nmea, rtcm, sbus, ubx,
 };
@@ -51,6 +52,7 @@ fn a_frame_is_described_once() {
         ("mavlink2", &[second]),
         ("six-axes", &[SIX_AXES]),
         ("six-axes-be", &[SIX_AXES]),
+        ("modbus-rtu", &[modbus::LAYOUT]),
     ] {
         let (_, text) = SHIPPED
             .iter()
@@ -77,4 +79,15 @@ fn every_file_is_shipped() {
     files.sort();
     names.sort();
     assert_eq!(files, names);
+}
+
+#[test]
+fn every_message_of_the_dialects_has_one_name() {
+    let mavlink2 = Description::parse("mavlink2", shipped("mavlink2").unwrap()).unwrap();
+    let names = &mavlink2.kinds[0].message_names;
+    let numbers = names.iter().map(|(number, _)| *number);
+    let known = ARDUPILOTMEGA.iter();
+    assert!(numbers.eq(known.map(|message| message.number)));
+    let distinct: std::collections::HashSet<&str> = names.iter().map(|(_, name)| *name).collect();
+    assert_eq!(distinct.len(), names.len());
 }

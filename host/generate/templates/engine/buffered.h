@@ -13,8 +13,8 @@ static inline void any_forget(any_receiver *receiver)
 
 /* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
  * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. */
-static inline any_index any_next(any_receiver *receiver, bool *again)
+ * needs more bytes. If `has_waited` is true, discarded bytes are counted as ANY_LINE_EVENT. */
+static inline any_index any_next(any_receiver *receiver, bool has_waited, bool *again)
 {
     any_outcome outcome;
     any_index number = 0U;
@@ -31,7 +31,7 @@ static inline any_index any_next(any_receiver *receiver, bool *again)
             receiver->from++;
         }
         if (receiver->from > start) {
-            any_count_discarded(receiver, ANY_NO_SYNC, (any_index)(receiver->from - start));
+            any_count_discarded(receiver, has_waited ? ANY_LINE_EVENT : ANY_NO_SYNC, (any_index)(receiver->from - start));
             receiver->ask_at = 0U;
         }
     }
@@ -53,7 +53,7 @@ static inline any_index any_next(any_receiver *receiver, bool *again)
         return number;
     }
     receiver->from++;
-    any_count_discarded(receiver, outcome, 1U);
+    any_count_discarded(receiver, has_waited ? ANY_LINE_EVENT : outcome, 1U);
     return 0U;
 }
 
@@ -95,7 +95,7 @@ ANY_FUNCTION bool any_push(any_receiver *receiver, uint8_t byte, any_message *me
     }
     receiver->buffer[receiver->to] = byte;
     receiver->to++;
-    length = any_next(receiver, &again);
+    length = any_next(receiver, false, &again);
     if (length == 0U) {
         return false;
     }
@@ -110,7 +110,7 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
 
     /* Each iteration except the last decides about at least one pending byte. */
     do {
-        length = any_next(receiver, &again);
+        length = any_next(receiver, false, &again);
         if (length > 0U) {
             any_decode(&receiver->buffer[receiver->from - length], length, message);
             return true;
@@ -119,41 +119,45 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
-/* Does the same as `any_poll`. If no frame is found, decides about the first pending byte, given that no more bytes
- * follow. */
-static inline bool any_poll_end(any_receiver *receiver, any_message *message)
+/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
+ * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
+ * returns 0. */
+static inline any_index any_end_first(any_receiver *receiver, any_event event)
 {
-    any_outcome outcome;
     any_index number = 0U;
+    const any_outcome outcome =
+        any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), event, &number);
 
-    if (any_poll(receiver, message)) {
-        return true;
-    }
-    if (receiver->from == receiver->to) {
-        return false;
-    }
-    outcome = any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), &number);
     /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
     receiver->ask_at = 0U;
     if (outcome == ANY_FRAME) {
         receiver->from = (any_index)(receiver->from + number);
         any_count_frame(receiver, number);
-        any_decode(&receiver->buffer[receiver->from - number], number, message);
-        return true;
+        return number;
     }
     receiver->from++;
     any_count_discarded(receiver, outcome, 1U);
-    return false;
+    return 0U;
 }
 
 ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     void (*received)(void *context, const any_message *message), void *context)
 {
     any_message message;
+    any_index length;
+    bool has_waited = false;
+    bool again;
 
     receiver->counters.events[event]++;
     while (receiver->from < receiver->to) {
-        if (any_poll_end(receiver, &message) && (received != NULL)) {
+        length = any_next(receiver, has_waited, &again);
+        if (!again && (receiver->from < receiver->to)) {
+            /* From this byte on, all discarded bytes have the line event as their reason. */
+            has_waited = true;
+            length = any_end_first(receiver, event);
+        }
+        if ((length > 0U) && (received != NULL)) {
+            any_decode(&receiver->buffer[receiver->from - length], length, &message);
             received(context, &message);
         }
     }

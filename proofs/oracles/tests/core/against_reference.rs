@@ -157,11 +157,17 @@ fn any_stream_cut_anywhere_with_line_events() {
     any_stream();
     let without_checksum = [
         "bad header",
+        "broken stuffing",
         "checksum mismatch",
         "too long",
         "unknown message",
     ];
-    let with_checksum = ["bad header", "too long", "unknown message"];
+    let with_checksum = [
+        "bad header",
+        "broken stuffing",
+        "too long",
+        "unknown message",
+    ];
     let expected = [&without_checksum[..], &without_checksum, &with_checksum];
     assert_eq!(missing(&OF_MACHINES), expected);
 }
@@ -171,35 +177,14 @@ fn any_stream_cut_anywhere_with_line_events() {
 fn any_format_cut_anywhere_with_line_events() {
     any_format();
     // A frame of one byte is never pending.
-    let expected = [&["discarded by a line event"][..], &[], &[], &[]];
+    let none: &[&str] = &["broken stuffing"];
+    let expected = [
+        &["broken stuffing", "discarded by a line event"],
+        none,
+        none,
+        none,
+    ];
     assert_eq!(missing(&OF_FORMATS), expected);
-}
-
-/// A resynchronisation is a frame delivered after a loss. Each loss ends with one resynchronisation.
-#[test]
-fn resynchronisations_are_counted() {
-    let mut line = Line::new(Receiver::<Bin>::new());
-    let mut counts = Vec::new();
-    for part in [
-        b"AB\0abc\r".as_slice(),
-        b"x",
-        b"AB\0abc\r",
-        b"AB\0abc\r",
-        b"AB\0ac\r",
-        b"AB\0abc\r",
-    ] {
-        line.feed(part, |_| ());
-        counts.push(line.counters().resynchronisations);
-    }
-    assert_eq!(counts, [0, 0, 1, 1, 1, 2]);
-    line.feed(b"AB\0", |_| ());
-    line.line_event(LineEvent::Overrun, |_| ());
-    line.feed(b"AB\0abc\r", |_| ());
-    assert_eq!(line.counters().resynchronisations, 3);
-    // A line event that drops no byte does not count as a loss.
-    line.line_event(LineEvent::Idle, |_| ());
-    line.feed(b"AB\0abc\r", |_| ());
-    assert_eq!(line.counters().resynchronisations, 3);
 }
 
 /// Counters wrap, and the equation between the counters still holds, modulo their width.
@@ -220,6 +205,7 @@ fn counters_wrap() {
         &mut discarded.unknown_message,
         &mut discarded.checksum_mismatch,
         &mut discarded.wrong_terminator,
+        &mut discarded.broken_stuffing,
         &mut discarded.line_event,
         &mut events.framing,
         &mut events.parity,

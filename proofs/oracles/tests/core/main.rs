@@ -4,4 +4,5 @@
 mod against_reference;
 mod checksum;
 mod failsafe;
+mod packets;
 mod receiver_rule;

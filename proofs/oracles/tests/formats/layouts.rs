@@ -8,8 +8,8 @@ use framelock::{Classification::Frame, LineEvent};
 use framelock_formats::AnyOf;
 use framelock_formats::layout::*;
 use framelock_oracles::{
-    LONGEST, Occurred, Stream, StreamStep, cut, faulty, interpret, layouts, other_terminators,
-    random_frame,
+    LONGEST, Occurred, Stream, StreamStep, cut, faulty, interpret_before, layouts,
+    other_terminators, random_frame,
 };
 use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand::{Rng as _, SeedableRng as _};
@@ -57,13 +57,14 @@ fn length_field(random: &mut ChaCha8Rng, at: usize) -> LengthField {
 
 fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
     let bytes = random.random_range(1..=4);
-    let (algorithm, bytes) = match random.random_range(0..8) {
+    let (algorithm, bytes) = match random.random_range(0..10) {
         0 => (Algorithm::Sum, bytes),
-        1 => (Algorithm::InvertedSum, bytes),
-        2 => (Algorithm::NegatedSum, bytes),
+        1 => (Algorithm::CarrySum, bytes),
+        2 => (Algorithm::SumWords, bytes),
         3 => (Algorithm::Xor, 1),
-        4 => (Algorithm::Fletcher, 2),
-        5 => (
+        4 => (Algorithm::XorWords, 2),
+        5 => (Algorithm::Fletcher, 2),
+        6 => (
             Algorithm::Crc(Crc {
                 reflected_in: true,
                 reflected_out: true,
@@ -97,9 +98,13 @@ fn checksum(random: &mut ChaCha8Rng) -> Checksum<'static> {
     };
     let encodings = [Encoding::Little, Encoding::Big, Encoding::Hex];
     let encoding = *encodings.choose(random).expect("three");
+    let is_sum = !matches!(algorithm, Algorithm::Crc(_) | Algorithm::Fletcher);
     Checksum {
         algorithm,
         encoding,
+        initial: random.random_range(0..=0xFF) * u32::from(is_sum),
+        xor_out: *[0, 0xFF, u32::MAX].choose(random).expect("three"),
+        over_hex_digits: is_sum && random.random_ratio(1, 4),
         ..Checksum::at_the_end(bytes)
     }
 }
@@ -217,6 +222,11 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
         (layout.content, layout.other_terminators) = content(random, end);
     }
 
+    if form == 2 || has_content && layout.other_terminators == [Patterns::NONE; 2] {
+        layout.behind = random.random_range(0_usize..8).saturating_sub(3);
+        end += layout.behind;
+    }
+
     // The body is the part before the payload. A checksum is in the body, or before the terminator.
     let (mut body, mut from_end) = (header, end);
     if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
@@ -225,13 +235,12 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
             checksum.encoding = Encoding::Hex;
         }
         let bytes = checksum.encoded_bytes();
-        (checksum.at, checksum.from, checksum.to) = if random.random() {
+        (checksum.at, checksum.from, checksum.to) = if layout.behind >= bytes {
+            let (at, from) = (-offset(layout.behind), offset(sync.length));
+            (at, from, at - 1)
+        } else if random.random() {
             let covers_terminator = random.random() && !has_content;
-            let to = if covers_terminator {
-                -1
-            } else {
-                -offset(end) - 1
-            };
+            let to = -1 - if covers_terminator { 0 } else { offset(end) };
             let (at, from) = (offset(body), offset(body + bytes));
             body += bytes;
             (at, from, to)
@@ -255,16 +264,30 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
             layout.longest = trailer + most.min(layout.longest as u64) as usize;
             layout.length = Length::Field(field);
         }
+        None if form == 0 && random.random() => layout.length = Length::Silence,
         None if form == 0 => {}
         None => layout.length = Length::Delimiter,
     }
-    layout.shortest = if form == 0 || random.random_ratio(1, 3) {
+    layout.shortest = if layout.length == Length::Fixed || random.random_ratio(1, 3) {
         0
     } else {
         least + random.random_range(0..3)
     };
     let checked = layout.check().ok();
-    checked.filter(|layout| layout.longest <= LONGEST)
+    checked.filter(|layout| layout.longest <= LONGEST && !has_fixed_bits_in_the_checksum(layout))
+}
+
+/// Returns true if the bits of a frame's checksum are fixed. Then only few frames are possible.
+fn has_fixed_bits_in_the_checksum(layout: &Layout) -> bool {
+    let Some(checksum) = layout.checksum else {
+        return false;
+    };
+    (layout.shortest..=layout.longest).any(|length| {
+        let from = index(checksum.at, length).unwrap_or(0);
+        let place = from..from + checksum.encoded_bytes();
+        let mut fixed = layout.fixed.iter();
+        fixed.any(|bits| index(bits.at, length).is_some_and(|at| place.contains(&at)))
+    })
 }
 
 fn offset(bytes: usize) -> i16 {
@@ -337,11 +360,18 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         }));
         "ranges of content" in [1, 2, 5], |count| content.len() == count;
         "fixed length", length == Length::Fixed;
+        "silence", length == Length::Silence;
+        "bytes behind the terminator" in 1..=4, |count| layout.behind == count;
+        "checksum behind the terminator", checksum.is_some_and(|it| it.at < 0 && layout.behind >= usize::from(it.at.unsigned_abs()));
+        "checksum with a first value", checksum.is_some_and(|it| it.initial > 0);
+        "checksum with a final XOR" in [0xFF, u32::MAX], |xor| checksum.is_some_and(|it| it.xor_out == xor);
+        "checksum over digits", checksum.is_some_and(|it| it.over_hex_digits);
         "delimiter without a content", length == Length::Delimiter && content.is_empty();
         "length field" in &numbers, |&form| is(field.map(|it| it.number), form);
         "mask of a length" in [0x3F, 0x1F7], |mask| field.is_some_and(|it| it.mask == mask);
         "factor of a length" in 1..=4, |factor| field.is_some_and(|it| it.factor == factor);
         "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
+        "longest frame of several lengths", length != Length::Fixed && frames.iter().any(|frame| frame.len() == layout.longest);
         "messages" in 0..=5, |count| known.len() == count;
         "number of a message" in &numbers, |&form| is(messages.map(|it| it.number), form);
         "message with an extra byte", checksum.is_some() && known.iter().any(|it| it.extra.is_some());
@@ -363,7 +393,8 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "checksum after a part of the frame", checksum.is_some_and(|it| it.at < 0 && it.from > 0);
         "checksum that covers the terminator", checksum.is_some_and(|it| it.to == -1 && terminator.length > 0);
         "algorithm" in [
-            Algorithm::Sum, Algorithm::InvertedSum, Algorithm::NegatedSum, Algorithm::Xor, Algorithm::Fletcher,
+            Algorithm::Sum, Algorithm::CarrySum, Algorithm::SumWords, Algorithm::Xor, Algorithm::XorWords,
+            Algorithm::Fletcher,
         ], |one| algorithm == Some(one);
         "MAVLink's CRC", crc.is_some_and(|it| it.polynomial == 0x1021);
         "bits of a CRC modulo 8" in 0..8, |bits| crc.is_some_and(|it| it.width % 8 == bits);
@@ -395,10 +426,20 @@ fn frames_of_any_layout_are_delivered() {
         let mut example = vec![0; layout.longest];
         let example = layout.example(&mut example);
         let example = example.unwrap_or_else(|why| panic!("{why:?}: {layout:?}"));
-        assert_eq!(interpret(&layout, example), Frame(example.len()));
-        let clean = cut(&frames.concat(), &mut random);
-        let noisy = cut(&faulty(&frames, &mut random), &mut random);
+        assert_eq!(
+            interpret_before(&layout, example, LineEvent::Idle),
+            Frame(example.len())
+        );
         let idle = vec![StreamStep::Event(LineEvent::Idle)];
+        let clean: Vec<StreamStep> = if layout.length == Length::Silence {
+            let frames = frames.iter().map(|frame| cut(frame, &mut random));
+            frames
+                .flat_map(|steps| [steps, idle.clone()].concat())
+                .collect()
+        } else {
+            cut(&frames.concat(), &mut random)
+        };
+        let noisy = cut(&faulty(&frames, &mut random), &mut random);
         let counters = layouts(&AnyOf(all), all, &Stream(clean.clone()));
         let is_clean = counters.frames as usize == frames.len() && counters.discarded.total() == 0;
         assert!(is_clean, "{counters:?} {layout:?}");
@@ -406,6 +447,12 @@ fn frames_of_any_layout_are_delivered() {
         occurred.count_all(&layouts(&AnyOf(all), all, &stream));
         count(&layout, &frames, &mut occurred);
     }
-    let impossible = ["break", "framing error", "overrun", "parity error"];
+    let impossible = [
+        "break",
+        "broken stuffing",
+        "framing error",
+        "overrun",
+        "parity error",
+    ];
     assert_eq!(occurred.rarer_than(3), impossible, "{occurred:#?}");
 }

@@ -3,3 +3,4 @@
 
 mod against_reference;
 mod layouts;
+mod several;

@@ -6,9 +6,9 @@ use rsemu::cpu::arm::v7m::xpsr;
 
 use super::{Board, STUCK, core};
 use crate::assumptions::Assumptions;
-use crate::error::{Error, Result};
 use crate::line::{SerialLine, Symbol};
 use crate::trace::{Reset, ResetCause};
+use crate::{Error, Result};
 
 impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.
@@ -124,7 +124,7 @@ impl Board {
     /// # Errors
     /// Returns an error if the range is neither in flash nor in RAM.
     pub fn patch(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
-        let outside = || Error::Image(format!("nothing to patch at {address:#010x}"));
+        let outside = || Error(format!("nothing to patch at {address:#010x}"));
         self.memory.write(address, bytes).ok_or_else(outside)
     }
 

@@ -4,10 +4,10 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::{Board, Watch};
 use crate::chip::Chip;
-use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::memory::Memory;
 use crate::trace::{Pins, Trace};
+use crate::{Error, Result};
 
 impl Board {
     /// Returns the firmware's image.
@@ -46,7 +46,7 @@ impl Board {
         let refusal = chip.context.refusal.take();
         drop(chip);
         match refusal {
-            Some(refusal) => Err(self.refused(refusal, self.pc)),
+            Some(refusal) => Err(self.stopped(&refusal, self.pc)),
             None => Ok(value.expect("without a refusal")),
         }
     }
@@ -69,7 +69,7 @@ impl Board {
     /// Returns an error if there is no such symbol.
     pub fn word(&self, symbol: &str) -> Result<u32> {
         let address = self.image.symbol(symbol)?.address;
-        let nowhere = || Error::Image(format!("`{symbol}` is not in memory"));
+        let nowhere = || Error(format!("`{symbol}` is not in memory"));
         self.memory.word(address).ok_or_else(nowhere)
     }
 

@@ -11,7 +11,6 @@ use std::collections::VecDeque;
 
 use super::sampler::{Heard, Sampler};
 use super::{CONFIG, ENABLE, ENABLED, PSEL_RXD, Transfer, bit, plain};
-use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -42,8 +41,6 @@ pub(crate) struct Reception {
     transfer: Option<Transfer>,
     /// The FIFO: bytes, each with the instant from which EasyDMA may take it.
     fifo: VecDeque<(u64, u8)>,
-    /// The instant of the pending RXDRDY.
-    ready_at: Option<u64>,
     stops_at: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
@@ -68,14 +65,13 @@ impl Reception {
             sampler: Sampler::default(),
             transfer: None,
             fifo: VecDeque::new(),
-            ready_at: None,
             stops_at: None,
             started_at: None,
             again_at: None,
         }
     }
 
-    fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
+    fn start(&mut self, context: &mut Context) -> Result<(), String> {
         if self.common[ENABLE] != ENABLED {
             return Ok(());
         }
@@ -84,8 +80,9 @@ impl Reception {
         }
         let transfer = Transfer::of(&self.common, RXD_PTR);
         if self.transfer.is_some() || transfer.size == 0 {
-            let how = "STARTRX while a transfer is open, or with RXD.MAXCNT 0";
-            return Err(Refusal::misused("UARTE0", how));
+            return Err(
+                "UARTE0: STARTRX while a transfer is open, or with RXD.MAXCNT 0".to_owned(),
+            );
         }
         // Both ends of the buffer must be RAM.
         for address in [transfer.pointer, transfer.pointer + transfer.size - 1] {
@@ -114,7 +111,7 @@ impl Reception {
     }
 
     /// Returns the pending actions. If several actions are due, the first of them in this list is performed first.
-    fn deadlines(&self, line: &SerialLine) -> [Deadline; 6] {
+    fn deadlines(&self, line: &SerialLine) -> [Deadline; 5] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
         [
@@ -122,7 +119,6 @@ impl Reception {
             (self.again_at, Self::end_again),
             (self.stops_at, Self::stopped),
             (byte.map(|(ready, _)| *ready), Self::transfer_byte),
-            (self.ready_at, Self::overdue_ready),
             (self.sampler.next(line), Self::listen),
         ]
     }
@@ -134,30 +130,11 @@ impl Reception {
         }
     }
 
-    /// Raises RXDRDY, now or after its lag.
-    fn ready(&mut self, context: &mut Context) {
-        self.overdue_ready(context);
-        self.ready_at = Some(context.now + context.assumptions.ready_lag);
-        if context.assumptions.ready_lag == 0 {
-            self.overdue_ready(context);
-        }
-    }
-
-    /// Raises the pending RXDRDY now, if there is one.
-    fn overdue_ready(&mut self, context: &mut Context) {
-        if self.ready_at.take().is_some() && !lost(&mut context.assumptions.lost_ready) {
-            context.raise(RXDRDY);
-            if lost(&mut context.assumptions.doubled_ready) {
-                context.raise(RXDRDY);
-            }
-        }
-    }
-
     /// Takes the byte at the head of the FIFO.
     fn pop(&mut self, context: &mut Context) -> Option<u8> {
         let (_, byte) = self.fifo.pop_front()?;
-        if !context.assumptions.ready_at_store && !self.fifo.is_empty() {
-            self.ready(context);
+        if !self.fifo.is_empty() {
+            context.raise(RXDRDY);
         }
         Some(byte)
     }
@@ -178,7 +155,6 @@ impl Reception {
             self.error(OVERRUN, context);
         }
         if let Some(heard) = heard {
-            self.overdue_ready(context);
             self.hear(heard, context);
         }
     }
@@ -189,18 +165,10 @@ impl Reception {
 
     fn hear(&mut self, heard: Heard, context: &mut Context) {
         match heard {
-            Heard::FramingError => {
-                if context.assumptions.ready_on_framing_error {
-                    self.ready(context);
-                }
-                self.error(FRAMING, context);
-            }
+            Heard::FramingError => self.error(FRAMING, context),
             Heard::Break => self.error(BREAK, context),
             Heard::Byte(byte) => {
                 if self.is_full(context) {
-                    if context.assumptions.ready_on_overrun {
-                        self.ready(context);
-                    }
                     self.error(OVERRUN, context);
                     if !context.assumptions.overrun_drops_oldest {
                         return;
@@ -209,8 +177,9 @@ impl Reception {
                 }
                 self.fifo
                     .push_back((context.now + context.assumptions.dma_lag, byte));
-                if context.assumptions.ready_at_store || self.fifo.len() == 1 {
-                    self.ready(context);
+                // A byte is announced when it reaches the FIFO's head, as a Nordic engineer says (Zephyr#27233).
+                if self.fifo.len() == 1 {
+                    context.raise(RXDRDY);
                 }
             }
         }
@@ -260,7 +229,6 @@ impl Reception {
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(context);
         }
-        self.overdue_ready(context);
         self.end_transfer(context);
         self.stops_at = None;
         self.sampler.stop();

@@ -4,7 +4,6 @@
 //! other events are not modelled.
 
 use super::{CONFIG, ENABLE, ENABLED, PSEL_TXD, Transfer, bit, plain};
-use crate::error::Refusal;
 use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -32,20 +31,19 @@ impl Transmission {
         }
     }
 
-    fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
+    fn start(&mut self, context: &mut Context) -> Result<(), String> {
         if self.common[ENABLE] != ENABLED {
             return Ok(());
         }
         let transfer = Transfer::of(&self.common, TXD_PTR);
         if self.sending.is_some() || transfer.size == 0 {
-            let how = "STARTTX while it sends, or with TXD.MAXCNT 0";
-            return Err(Refusal::misused("UARTE1", how));
+            return Err("UARTE1: STARTTX while it sends, or with TXD.MAXCNT 0".to_owned());
         }
         self.send(transfer, context)
     }
 
     /// Puts the transfer's next byte on the line.
-    fn send(&mut self, transfer: Transfer, context: &mut Context) -> Result<(), Refusal> {
+    fn send(&mut self, transfer: Transfer, context: &mut Context) -> Result<(), String> {
         let mut byte = [0];
         let address = transfer.pointer + transfer.done;
         context.memory.dma_read(address, &mut byte)?;

@@ -3,12 +3,7 @@
 
 mod assumptions;
 mod board;
-mod nonvolatile;
-mod pwm_watchdog;
-mod registers;
-mod rtc;
+mod boards;
 #[cfg(feature = "runner")]
 mod runner;
-mod timer_ppi;
-mod transmitter;
-mod uarte;
+mod scripts;

@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
-use super::parser::{Cursor, Type};
+use super::parser::Cursor;
 use super::token::{Token, tokens};
 
 /// The definitions of all modules. Functions and constants are kept as text, and are parsed only if a harness reaches
 /// them. So an unmodelled function is an error only if a harness reaches it.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
-    pub(crate) types: HashMap<String, Type>,
+    /// The named types, also as tokens.
+    pub(crate) types: HashMap<String, Vec<Token>>,
     pub(crate) functions: BTreeMap<String, Function>,
     constants: HashMap<String, String>,
     /// The number of modules added.
@@ -54,7 +55,6 @@ impl Module {
         self.modules += 1;
         let text = &text.replace("@vtable.", &format!("@vtable.{}.", self.modules));
         let noreturn = noreturn_attributes(text);
-        let mut types = Vec::new();
         let mut lines = text.lines();
         while let Some(line) = lines.next() {
             if line.starts_with("define ") {
@@ -69,7 +69,7 @@ impl Module {
                     self.never_return.insert(declared_name(line)?);
                 }
             } else if line.starts_with('%') {
-                types.push(line);
+                self.add_type(line)?;
             } else if line.starts_with('@') {
                 let other = self.constants.insert(declared_name(line)?, line.to_owned());
                 let same = other.is_none_or(|other| other == line);
@@ -77,14 +77,6 @@ impl Module {
                     same,
                     "{line}: another module has a different constant of this name"
                 );
-            }
-        }
-        // A type may use another type that is defined after it.
-        while let Some(&first) = types.first() {
-            let before = types.len();
-            types.retain(|line| self.add_type(line).is_err());
-            if types.len() == before {
-                self.add_type(first)?;
             }
         }
         Ok(())
@@ -96,15 +88,11 @@ impl Module {
         let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
             bail!("{line}: this is not `%name = type …`");
         };
-        let of = Cursor::new(of, &self.types).of_type();
-        let of = of.with_context(|| line.to_owned())?;
-        let other = self.types.get(name);
-        let same = other.is_none_or(|other| *other == of);
+        let other = self.types.insert(name.clone(), of.to_vec());
         ensure!(
-            same,
+            other.is_none_or(|other| other == of),
             "{line}: another module has a different type of this name"
         );
-        self.types.insert(name.clone(), of);
         Ok(())
     }
 

@@ -20,11 +20,11 @@ const VALUES: [&str; 8] = [
 pub(crate) struct Cursor<'a> {
     pub(crate) rest: &'a [Token],
     /// The named types.
-    types: &'a HashMap<String, Type>,
+    types: &'a HashMap<String, Vec<Token>>,
 }
 
 impl<'a> Cursor<'a> {
-    pub(crate) fn new(tokens: &'a [Token], types: &'a HashMap<String, Type>) -> Self {
+    pub(crate) fn new(tokens: &'a [Token], types: &'a HashMap<String, Vec<Token>>) -> Self {
         Self {
             rest: tokens,
             types,
@@ -130,7 +130,8 @@ impl<'a> Cursor<'a> {
             },
             Token::Local(name) => {
                 let named = self.types.get(name);
-                named.with_context(|| format!("no type %{name}"))?.clone()
+                let named = named.with_context(|| format!("no type %{name}"))?;
+                Cursor::new(named, self.types).of_type()?
             }
             Token::Sign(open @ ('{' | '<')) => {
                 let packed = *open == '<';

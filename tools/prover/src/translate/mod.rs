@@ -91,6 +91,7 @@ impl Program<'_> {
         new
     }
 
+    /// Returns the constant's C name, and ensures that the constant will be declared, with all to which it points.
     fn constant_name(&mut self, name: &str) -> Result<String> {
         if let Some((known, _)) = self.constants.get(name) {
             return Ok(known.clone());
@@ -103,8 +104,17 @@ impl Program<'_> {
             constant.with_context(|| format!("no constant @{name}"))?
         };
         let new = format!("c{}", self.constants.len());
+        let targets: Vec<String> = constant.addresses.values().cloned().collect();
         self.constants
             .insert(name.to_owned(), (new.clone(), constant));
+        for target in targets {
+            if self.constant_name(&target).is_err() {
+                // This constant is not modelled, so it has an arbitrary value.
+                let unknown = format!("c{}", self.constants.len());
+                let unknown = (unknown, Constant::default());
+                self.constants.insert(target, unknown);
+            }
+        }
         Ok(new)
     }
 
@@ -166,7 +176,6 @@ impl Program<'_> {
             )?;
         }
         text.push_str(&structures);
-        self.follow_addresses();
         let (mut declared, mut defined) = (String::new(), String::new());
         for (name, constant) in self.constants.values() {
             let Constant { bytes, addresses } = constant;
@@ -189,32 +198,6 @@ impl Program<'_> {
             }
         }
         Ok(text + &declared + &defined)
-    }
-
-    /// Ensures that a constant will be declared if another constant points to it.
-    fn follow_addresses(&mut self) {
-        let mut followed = BTreeSet::new();
-        loop {
-            let constants = self.constants.iter();
-            let new: Vec<_> = constants
-                .filter(|(name, _)| !followed.contains(*name))
-                .map(|(name, (_, constant))| (name.clone(), constant.clone()))
-                .collect();
-            if new.is_empty() {
-                return;
-            }
-            for (name, Constant { addresses, .. }) in new {
-                followed.insert(name);
-                for target in addresses.into_values() {
-                    if self.constant_name(&target).is_err() {
-                        // This constant is not modelled, so it has an arbitrary value.
-                        let unknown = format!("c{}", self.constants.len());
-                        let unknown = (unknown, Constant::default());
-                        self.constants.insert(target, unknown);
-                    }
-                }
-            }
-        }
     }
 
     /// Returns the fields of a C structure for this constant, and the values of these fields. The fields are bytes and

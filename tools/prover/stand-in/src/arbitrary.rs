@@ -1,7 +1,5 @@
 //! The types for which [`any`](crate::any) can return every value.
 
-use core::num::NonZero;
-
 use crate::assume;
 
 /// A type for which [`any`](crate::any) can return every value.
@@ -27,15 +25,6 @@ macro_rules! integers {
             #[inline]
             fn any() -> Self {
                 $any().cast_signed()
-            }
-        }
-
-        impl Arbitrary for NonZero<$unsigned> {
-            #[inline]
-            fn any() -> Self {
-                let value = $any();
-                assume(value != 0);
-                Self::new(value).unwrap_or(Self::MIN)
             }
         }
     )* };

@@ -20,7 +20,7 @@
 mod arbitrary;
 
 pub use arbitrary::Arbitrary;
-pub use kani_macros::{Arbitrary, proof, solver, unwind};
+pub use kani_macros::{Arbitrary, proof, unwind};
 
 mod undecided {
     use core::panic::Location;

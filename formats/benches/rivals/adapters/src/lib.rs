@@ -124,6 +124,41 @@ adapters! {
         }
     };
 
+    /// `cobs`. Its decoder does not check, and has no state before the first delimiter.
+    "cobs" Cobs((cobs::DecoderState, Packet)) = (cobs::DecoderState::default(), Packet::EMPTY),
+    <'a> &'a [u8], |own, bytes, found| {
+        let (state, packet) = own;
+        for &byte in bytes {
+            match state.feed(byte) {
+                Ok(cobs::DecodeResult::DataStart) => packet.length = 0,
+                Ok(cobs::DecodeResult::DataContinue(byte)) if packet.push(byte) => {}
+                Ok(cobs::DecodeResult::DataComplete) => found(packet.bytes()),
+                Ok(cobs::DecodeResult::NoData) => {}
+                _ => *state = cobs::DecoderState::default(),
+            }
+        }
+    };
+
+    /// `serial-line-ip`. Its decoder decodes one packet, which begins with a delimiter. So the adapter makes a new one
+    /// after each packet, and after each error.
+    "serial-line-ip" SerialLineIp((serial_line_ip::Decoder, Packet)) = (serial_line_ip::Decoder::new(), Packet::EMPTY),
+    <'a> &'a [u8], |own, bytes, found| {
+        let (decoder, packet) = own;
+        for &byte in bytes {
+            let free = &mut packet.buffer[packet.length..];
+            match decoder.decode(&[byte], free) {
+                Ok((1, written, false)) => packet.length += written.len(),
+                Ok((1, _, true)) => {
+                    if packet.length > 0 {
+                        found(packet.bytes());
+                    }
+                    (*decoder, packet.length) = (serial_line_ip::Decoder::new(), 0);
+                }
+                _ => (*decoder, packet.length) = (serial_line_ip::Decoder::new(), 0),
+            }
+        }
+    };
+
     /// `crsf`. It does not check raw packets, so the adapter decodes each packet. If the crate does not know the kind of
     /// a packet, the packet counts as delivered. The crate panics on a packet of channels or link statistics that is
     /// too short. After a lost byte, such a packet may arrive with a correct check, so the adapter does not decode
@@ -166,6 +201,36 @@ adapters! {
             }
         }
     };
+}
+
+/// The length of the longest packet of COBS and SLIP that the receivers accept.
+pub const PACKET_LONGEST: usize = 64;
+
+/// The buffer of a packet, for decoders that have none.
+#[cfg(any(feature = "cobs", feature = "serial-line-ip"))]
+pub struct Packet {
+    buffer: [u8; PACKET_LONGEST + 1],
+    length: usize,
+}
+
+#[cfg(any(feature = "cobs", feature = "serial-line-ip"))]
+impl Packet {
+    const EMPTY: Self = Self {
+        buffer: [0; PACKET_LONGEST + 1],
+        length: 0,
+    };
+
+    /// Adds a byte. Returns whether there was room.
+    #[cfg(feature = "cobs")]
+    fn push(&mut self, byte: u8) -> bool {
+        let place = self.buffer.get_mut(self.length);
+        self.length += usize::from(place.is_some());
+        place.map(|place| *place = byte).is_some()
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.buffer[..self.length.min(self.buffer.len())]
+    }
 }
 
 /// The length of the longest UBX frame that the receivers accept. Its payload has 0x62 bytes, and 0x62 is also a sync

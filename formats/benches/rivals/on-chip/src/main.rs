@@ -11,7 +11,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line};
+use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line, PacketFormat, PacketReceiver};
 use framelock_rivals_adapters as adapters;
 
 /// The stream. The benchmark writes the stream into this array when the program calls `begin`.
@@ -44,6 +44,20 @@ impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, [u8; N]> {
 }
 
 impl<F: Format, const N: usize> Receiver for Line<BufferedReceiver<F, [u8; N]>> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        self.push(byte).map_or(0, decoded)
+    }
+}
+
+impl<F: PacketFormat, const N: usize> Receiver for PacketReceiver<F, [u8; N]> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        self.push(byte).map_or(0, decoded)
+    }
+}
+
+impl<F: PacketFormat, const N: usize> Receiver for Line<PacketReceiver<F, [u8; N]>> {
     #[inline(never)]
     fn take(&mut self, byte: u8) -> u32 {
         self.push(byte).map_or(0, decoded)
@@ -164,6 +178,9 @@ framelock! {
     "ibus": BufferedReceiver::<_, [u8; 64]>::new(framelock_formats::ibus::Ibus);
     "crsf": BufferedReceiver::<_, [u8; 128]>::new(framelock_formats::crsf::Crsf);
     "ubx": BufferedReceiver::<_, [u8; 2 * adapters::UBX_LONGEST]>::new(framelock_formats::ubx::Ubx::<{ adapters::UBX_LONGEST }>);
+    "slip": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 1]>::new(framelock_formats::packet::Slip::<{ adapters::PACKET_LONGEST }>);
+    "cobs": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 1]>::new(framelock_formats::packet::Cobs::<{ adapters::PACKET_LONGEST }>);
+    "hdlc": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 3]>::new(framelock_formats::packet::Hdlc::<{ adapters::PACKET_LONGEST }>);
     "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(adapters::mavlink2::MESSAGES));
 }
 
@@ -183,6 +200,8 @@ rivals! {
     "sbus-sbus-rs": adapters::SbusRs;
     "sbus-uf-sbus": adapters::UfSbus;
     "ibus-parse_rc_ibus": adapters::Textbook;
+    "cobs-cobs": adapters::Cobs;
+    "slip-serial-line-ip": adapters::SerialLineIp;
     "crsf-crsf": adapters::Crsf;
     "crsf-uf-crsf": adapters::UfCrsf;
     "ubx-ublox": adapters::Ublox;

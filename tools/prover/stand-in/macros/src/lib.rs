@@ -2,7 +2,7 @@
 
 use proc_macro::TokenStream;
 use quote::quote;
-use syn::{Data, DeriveInput, Fields, Ident, ItemFn, LitInt, parse_macro_input};
+use syn::{ItemFn, ItemStruct, LitInt, parse_macro_input};
 
 /// Marks a function without arguments as a harness. The function is exported under a name that
 /// consists of `harness:`, its module's path and its own name.
@@ -39,46 +39,17 @@ pub fn unwind(bound: TokenStream, harness: TokenStream) -> TokenStream {
     .into()
 }
 
-/// Chooses Kani's solver. The offline prover has only one solver and ignores the attribute.
-#[proc_macro_attribute]
-pub fn solver(_name: TokenStream, harness: TokenStream) -> TokenStream {
-    harness
-}
-
-/// Derives `Arbitrary`. Each field gets an arbitrary value, and an enum an arbitrary variant.
+/// Derives `Arbitrary` for a struct. Each field gets an arbitrary value.
 #[proc_macro_derive(Arbitrary)]
 pub fn arbitrary(item: TokenStream) -> TokenStream {
-    let item = parse_macro_input!(item as DeriveInput);
-    let any = match &item.data {
-        Data::Struct(data) => any_fields(&item.ident, None, &data.fields),
-        Data::Enum(data) => {
-            let variants = data.variants.iter();
-            let any = variants.map(|one| any_fields(&item.ident, Some(&one.ident), &one.fields));
-            let (place, last) = (0..data.variants.len(), data.variants.len() - 1);
-            quote! {
-                match ::kani::any_where(|place| *place <= #last) {
-                    #(#place => #any,)*
-                    _ => ::core::unreachable!(),
-                }
-            }
-        }
-        Data::Union(_) => quote!(::core::compile_error!("a union has no `Arbitrary`")),
-    };
-    let name = &item.ident;
-    let (parameters, arguments, bounds) = item.generics.split_for_impl();
+    let item = parse_macro_input!(item as ItemStruct);
+    let (name, members) = (&item.ident, item.fields.members());
     quote! {
-        impl #parameters ::kani::Arbitrary for #name #arguments #bounds {
+        impl ::kani::Arbitrary for #name {
             fn any() -> Self {
-                #any
+                Self { #(#members: ::kani::Arbitrary::any(),)* }
             }
         }
     }
     .into()
-}
-
-/// Returns an expression for a struct, or for a variant of an enum, with arbitrary fields.
-fn any_fields(name: &Ident, variant: Option<&Ident>, fields: &Fields) -> proc_macro2::TokenStream {
-    let variant = variant.map(|variant| quote!(::#variant));
-    let members = fields.members();
-    quote!(#name #variant { #(#members: ::kani::Arbitrary::any(),)* })
 }

@@ -9,6 +9,7 @@ fn sum(bytes: [u8; 16]) -> u32 {
     sum
 }
 
+// expected: unwinding_too_small: unwinding assertion
 #[kani::proof]
 #[kani::unwind(4)]
 fn bound_that_is_too_small() {
@@ -16,6 +17,7 @@ fn bound_that_is_too_small() {
     kani::cover!();
 }
 
+// expected: failed: assertion failed: sum(kani::any()) < 16 * 255
 #[kani::proof]
 #[kani::unwind(17)]
 fn only_the_last_round_is_wrong() {
@@ -23,6 +25,7 @@ fn only_the_last_round_is_wrong() {
     kani::cover!();
 }
 
+// expected: cover_unsatisfied: in line
 #[kani::proof]
 fn end_that_nothing_reaches() {
     let byte: u8 = kani::any();
@@ -32,6 +35,7 @@ fn end_that_nothing_reaches() {
     kani::cover!();
 }
 
+// expected: vacuous: no input reaches the end
 #[kani::proof]
 fn end_without_cover() {
     let byte: u8 = kani::any();
@@ -39,6 +43,7 @@ fn end_without_cover() {
     kani::assume(byte < 2);
 }
 
+// expected: cover_unsatisfied: fails::cover_that_nothing_hits
 #[kani::proof]
 fn cover_that_nothing_hits() {
     let byte: u8 = kani::any();
@@ -46,6 +51,7 @@ fn cover_that_nothing_hits() {
     kani::cover!();
 }
 
+// expected: cover_unsatisfied: fails::cover_in_code
 #[kani::proof]
 fn cover_in_code_that_nothing_reaches() {
     let byte: u8 = kani::any();
@@ -60,6 +66,7 @@ fn covers_in<const LIMIT: u16>(byte: u8) {
     kani::cover!(u16::from(byte) > LIMIT);
 }
 
+// expected: cover_unsatisfied: covers_in<255>
 #[kani::proof]
 fn cover_in_one_of_two_instances() {
     let byte: u8 = kani::any();
@@ -67,6 +74,7 @@ fn cover_in_one_of_two_instances() {
     covers_in::<0xFE>(byte);
 }
 
+// expected: failed: src/fails.rs:
 #[kani::proof]
 fn false_assertion() {
     let bytes: [u8; 2] = kani::any();
@@ -74,6 +82,7 @@ fn false_assertion() {
     kani::cover!();
 }
 
+// expected: failed: assertion failed: byte > 1
 #[kani::proof]
 fn assumption_that_is_too_weak() {
     let byte: u8 = kani::any_where(|&byte| byte > 0);
@@ -81,6 +90,7 @@ fn assumption_that_is_too_weak() {
     kani::cover!();
 }
 
+// expected: failed: panic_const_add_overflow
 #[kani::proof]
 fn overflow() {
     let count: u8 = kani::any();
@@ -88,6 +98,7 @@ fn overflow() {
     kani::cover!();
 }
 
+// expected: failed: panic_const_shl_overflow
 #[kani::proof]
 fn shift_too_far() {
     let by: u32 = kani::any();
@@ -95,6 +106,7 @@ fn shift_too_far() {
     kani::cover!();
 }
 
+// expected: failed: panic_const_div_by_zero
 #[kani::proof]
 fn division_by_zero() {
     let divisor: u8 = kani::any();
@@ -102,6 +114,7 @@ fn division_by_zero() {
     kani::cover!();
 }
 
+// expected: failed: panic_bounds_check
 #[kani::proof]
 fn index_out_of_bounds() {
     let bytes: [u8; 7] = kani::any();
@@ -110,6 +123,7 @@ fn index_out_of_bounds() {
     kani::cover!();
 }
 
+// expected: failed: dereference failure
 #[kani::proof]
 fn read_out_of_bounds() {
     let bytes: [u8; 7] = kani::any();
@@ -119,6 +133,7 @@ fn read_out_of_bounds() {
     kani::cover!(byte == 0x41);
 }
 
+// expected: failed: slice_index
 #[kani::proof]
 fn slice_out_of_bounds() {
     let bytes: [u8; 7] = kani::any();
@@ -127,6 +142,7 @@ fn slice_out_of_bounds() {
     kani::cover!();
 }
 
+// expected: failed: unwrap
 #[kani::proof]
 fn unwrap_of_nothing() {
     let byte: Option<u8> = kani::any();
@@ -134,6 +150,7 @@ fn unwrap_of_nothing() {
     kani::cover!();
 }
 
+// expected: failed: assertion failed: to[3] == before[3]
 #[kani::proof]
 #[kani::unwind(5)]
 fn last_copied_byte_differs() {
@@ -144,6 +161,7 @@ fn last_copied_byte_differs() {
     kani::cover!();
 }
 
+// expected: unwinding_too_small: unwinding assertion
 #[kani::proof]
 #[kani::unwind(4)]
 fn more_bytes_are_copied_than_the_bound_allows() {

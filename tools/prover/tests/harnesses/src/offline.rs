@@ -9,6 +9,7 @@ enum Phase {
     Parked,
 }
 
+// expected: failed: code that the compiler considers unreachable
 #[kani::proof]
 fn value_that_the_enum_does_not_have() {
     let byte: u8 = kani::any_where(|&byte| byte <= 4);
@@ -23,6 +24,7 @@ fn value_that_the_enum_does_not_have() {
     kani::cover!(ticks == 0);
 }
 
+// expected: error: uitofp is not modelled
 #[kani::proof]
 fn floating_point() {
     let byte: u8 = kani::any();

@@ -1,0 +1,123 @@
+//! 14b: from any state, for any format and any stuffing.
+
+use super::{Kind, Lawless, Slip, any_doubled, any_escape, any_receiver, fits};
+use crate::any_format::any_line_event;
+use crate::{Found, Stuffing};
+
+const LONGEST: usize = 3;
+
+/// The new byte, and each byte that was pending, is in one outcome or pending. The frame's bytes are unstuffed, so a
+/// frame has at most as many bytes as were received for it.
+fn byte_is_placed(stuffing: Stuffing) {
+    let mut receiver = any_receiver::<_, LONGEST>(Lawless::<LONGEST>(stuffing));
+    let before = receiver.pending() + 1;
+    let (mut placed, mut frame_bytes) = (0, 0);
+    let frame = receiver.push_with(kani::any(), |one| {
+        assert!(one.bytes() > 0);
+        // A frame is the last outcome.
+        assert!(frame_bytes == 0);
+        if let Found::Frame { length, .. } = one {
+            frame_bytes = length;
+        }
+        placed += one.bytes();
+    });
+    let frame = frame.map(|frame| frame.bytes().len());
+    assert!(frame.is_some() == (frame_bytes > 0));
+    assert!(frame.is_none_or(|length| 0 < length && length <= LONGEST));
+    assert!(placed + receiver.pending() == before);
+    assert!(fits(&receiver));
+    kani::cover!(frame == Some(LONGEST), "the longest frame");
+    kani::cover!(
+        placed > frame_bytes && frame.is_none(),
+        "bytes are discarded"
+    );
+}
+
+/// After a line event, each byte that was pending is in one outcome, or stays pending after a delimiter.
+fn event_is_placed(stuffing: Stuffing) {
+    let mut receiver = any_receiver::<_, LONGEST>(Lawless::<LONGEST>(stuffing));
+    let before = receiver.pending();
+    let mut placed = 0;
+    receiver.line_event(any_line_event(), |one| {
+        placed += one.bytes();
+    });
+    assert!(placed + receiver.pending() == before);
+    assert!(fits(&receiver));
+    assert!(receiver.pending() == 0 || receiver.is_open && receiver.length == 0);
+    kani::cover!(placed > 0, "bytes are discarded");
+}
+
+/// `feed` and `next` do what `push` does, with each byte of a slice.
+fn slice_is_pushed(kind: impl Kind) {
+    let mut fed = any_receiver::<_, LONGEST>(super::Accepting::<_, LONGEST>::any(kind));
+    let (mut pushed, mut pulled) = (fed.clone(), fed.clone());
+    let bytes: [u8; 2] = kani::any();
+    let mut outcomes = [None; 4];
+    let mut count = 0;
+    fed.feed(&bytes, |one| {
+        outcomes[count] = Some((one.bytes(), one.message().map(|frame| frame.bytes().len())));
+        count += 1;
+    });
+    let mut at = 0;
+    let mut frames = 0;
+    for byte in bytes {
+        let frame = pushed.push_with(byte, |one| {
+            let (bytes, _) = outcomes[at].unwrap();
+            assert!(bytes == one.bytes());
+            at += 1;
+        });
+        if let Some(frame) = frame {
+            let (_, length) = outcomes[at - 1].unwrap();
+            assert!(length == Some(frame.bytes().len()));
+            frames += 1;
+        }
+    }
+    assert!(at == count && pushed.pending() == fed.pending());
+    let mut rest = bytes.as_slice();
+    let mut pulls = 0;
+    while pulls < 3 && pulled.next(&mut rest).is_some() {
+        pulls += 1;
+    }
+    assert!(pulls == frames && rest.is_empty() && pulled.pending() == fed.pending());
+    kani::cover!(frames == 1, "a frame");
+}
+
+macro_rules! for_stuffings {
+    ($module:ident, $proof:ident) => {
+        mod $module {
+            use super::*;
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn of_escape() {
+                $proof(any_escape());
+            }
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn of_cobs() {
+                $proof(Stuffing::Cobs);
+            }
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn of_doubled() {
+                $proof(any_doubled());
+            }
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn of_break() {
+                $proof(Stuffing::Break);
+            }
+        }
+    };
+}
+for_stuffings!(byte, byte_is_placed);
+for_stuffings!(event, event_is_placed);
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn slice() {
+    slice_is_pushed(Slip);
+}

@@ -1,0 +1,8 @@
+//! See `framelock_oracles::packets`.
+#![no_main]
+
+use framelock_oracles::{AnyPackets, packets};
+
+libfuzzer_sys::fuzz_target!(|input: AnyPackets| {
+    packets(&input);
+});
