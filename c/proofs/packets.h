@@ -149,8 +149,8 @@ uint32_t c_pending(void)
     return X(pending)(&receiver);
 }
 
-/* Returns the counter with this number, in the order of the Rust receiver's counters. The last is that of broken
- * stuffing. */
+/* Returns the counter with this number, in the order of the Rust receiver's counters. The last counter counts bytes
+ * with broken stuffing. */
 uint32_t c_counter(uint8_t place)
 {
     const X(counters) *counters = &receiver.counters;

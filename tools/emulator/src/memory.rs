@@ -59,12 +59,12 @@ impl Memory {
         (offset < RAM_SIZE).then_some((&self.ram, u64::from(offset)))
     }
 
-    /// Reads RAM for EasyDMA, which can read nothing else: section "EasyDMA".
+    /// Reads RAM for EasyDMA. EasyDMA cannot read other memory: section "EasyDMA".
     pub(crate) fn dma_read(&self, address: u32, into: &mut [u8]) -> Result<(), String> {
         dma(address, |offset| self.ram.read_at(offset, into).ok())
     }
 
-    /// Writes RAM for EasyDMA, which can write nothing else: section "EasyDMA".
+    /// Writes RAM for EasyDMA. EasyDMA cannot write other memory: section "EasyDMA".
     pub(crate) fn dma_write(&self, address: u32, bytes: &[u8]) -> Result<(), String> {
         dma(address, |offset| self.ram.write_at(offset, bytes).ok())
     }
