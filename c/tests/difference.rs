@@ -6,28 +6,18 @@ use std::path::Path;
 use std::slice;
 
 use framelock::motion::Bin;
-use framelock::{
-    BufferedReceiver, Counters, Format, Line, LineEvent, LineEvents, PacketReceiver, Receiver,
-};
+use framelock::{BufferedReceiver, Counters, Format, Line, LineEvents, PacketReceiver, Receiver};
 use framelock_description::{Description, Layouts, SHIPPED};
 use framelock_description_oracles as drawn;
 use framelock_formats::layout::Length;
 use framelock_generate::{CrcTable, c};
-use framelock_oracles::faulty;
+use framelock_oracles::{EVENTS, faulty};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::compilers::{CLANG, CLANGXX, Compiler, GCC, Program};
 use crate::generated::sometimes_faulty;
-
-const EVENTS: [LineEvent; 5] = [
-    LineEvent::Framing,
-    LineEvent::Parity,
-    LineEvent::Overrun,
-    LineEvent::Break,
-    LineEvent::Idle,
-];
 
 /// The C names of the Rust receiver's reasons, in the order of [`Reference::counters`].
 const REASONS: [&str; 9] = [

@@ -262,7 +262,8 @@ impl<'a> Layout<'a> {
     }
 
     /// Returns the index of the terminator in a frame that ends with the [`terminator`](Self::terminator).
-    pub(crate) const fn terminator_at(&self, length: usize) -> usize {
+    #[must_use]
+    pub const fn terminator_at(&self, length: usize) -> usize {
         let end = self.terminator.length.saturating_add(self.behind);
         length.saturating_sub(end)
     }

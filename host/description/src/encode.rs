@@ -133,7 +133,7 @@ impl Kind {
         };
         let mut frame = vec![0; length];
         // Write the first of several syncs or terminators, unless a field selects another one.
-        let end = length.saturating_sub(layout.terminator.length + layout.behind);
+        let end = layout.terminator_at(length);
         for (at, patterns) in [(0, layout.sync), (end, layout.terminator)] {
             put_bytes(patterns.each().next().unwrap_or(&[]), &mut frame, at);
         }

@@ -159,8 +159,7 @@ impl Kind {
         }
         if is_whole {
             let end = length.saturating_sub(layout.behind);
-            let start = end.saturating_sub(layout.terminator.length);
-            parts.push((Part::Terminator, start..end));
+            parts.push((Part::Terminator, layout.terminator_at(length)..end));
         }
         parts
     }

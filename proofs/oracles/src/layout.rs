@@ -15,7 +15,8 @@ use crate::stream::Stream;
 /// The most bytes that a frame should have in [`layouts`]. The reference is slow with longer frames.
 pub const LONGEST: usize = 128;
 
-const EVENTS: [LineEvent; 5] = [
+/// All line events, in the order of the enum.
+pub const EVENTS: [LineEvent; 5] = [
     LineEvent::Framing,
     LineEvent::Parity,
     LineEvent::Overrun,

@@ -35,7 +35,7 @@ pub use failsafe::{CASES, FailsafeRun, Schedule, ScheduleStep, failsafe};
 pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
-pub use layout::{LONGEST, interpret, interpret_before, layouts};
+pub use layout::{EVENTS, LONGEST, interpret, interpret_before, layouts};
 pub use line::{ByteFaults, FaultRates, broken, cut, faulty};
 pub use outcome::Occurred;
 pub use packets::{AnyPackets, PacketCheck, Packets, packets};

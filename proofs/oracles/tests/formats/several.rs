@@ -5,21 +5,13 @@ use framelock::{DiscardReason, Format as _, LineEvent};
 use framelock_formats::layout::*;
 use framelock_formats::{AnyOf, check_laws};
 use framelock_oracles::{
-    Occurred, Stream, StreamStep, cut, faulty, interpret, layouts, random_frame,
+    EVENTS, Occurred, Stream, StreamStep, cut, faulty, interpret, layouts, random_frame,
 };
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 use crate::against_reference::whole_frames_are_delivered;
-
-const EVENTS: [LineEvent; 5] = [
-    LineEvent::Framing,
-    LineEvent::Parity,
-    LineEvent::Overrun,
-    LineEvent::Break,
-    LineEvent::Idle,
-];
 
 /// Returns a random layout of short frames, most of which begin with `$`, or `None` if its parts contradict each other.
 fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
