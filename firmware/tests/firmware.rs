@@ -78,7 +78,7 @@ fn assumed() -> Assumptions {
 }
 
 /// Returns the counters' names from the image's file, in their order in memory.
-fn counters(image: &str) -> Vec<String> {
+pub(crate) fn counters(image: &str) -> Vec<String> {
     let elf = image_file(image);
     let file = object::File::parse(&*elf).unwrap();
     let names = file.section_by_name(".counters").unwrap();

@@ -16,6 +16,7 @@ mod outputs;
 mod random;
 mod rare_times;
 mod receiving;
+mod renode;
 mod resets;
 mod self_test;
 mod stack;
