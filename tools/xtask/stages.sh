@@ -23,7 +23,7 @@ tests_of() { echo "tests: $*"; "$@"; }
 #= format: the sources are formatted by rustfmt
 format() {
     lints
-    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals; do
+    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals proofs/template; do
         (cd $folder; cargo fmt --all --check)
     done
 }
@@ -138,6 +138,16 @@ hex_images() {
         "$binutils-objcopy" -O ihex "$file.elf" "$hex"
         echo "$hex"
     done
+}
+
+# Makes a package with a format of your own and its theorems in a new folder.
+own_proof() {
+    mkdir -p "$(dirname "$1")"
+    mkdir "$1"
+    cp -r proofs/template/src "$1"
+    sed "s|\.\./\.\.|$PWD|" proofs/template/Cargo.toml > "$1/Cargo.toml"
+    echo "$1: change src/lib.rs to your frame, and run in this folder: cargo kani"
+    echo "or without Kani: cargo run --manifest-path $PWD/Cargo.toml -p framelock-offline-prover -- --package own-frame"
 }
 
 # Makes the archives for C and for Arduino, which contain the same headers.
