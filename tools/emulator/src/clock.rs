@@ -7,26 +7,21 @@
 
 use crate::MICROSECOND;
 use crate::line::SerialLine;
-use crate::nonvolatile::UNPROTECTED;
-use crate::peripheral::{ANY, Common, Context, Peripheral};
+use crate::peripheral::{ANY, Access, Common, Context, Peripheral};
+
+pub(crate) const CLOCK: u32 = 0x4000_0000;
 
 const HFCLKSTART: u32 = 0x000;
 const LFCLKSTART: u32 = 0x008;
 const CONSTLAT: u32 = 0x078;
 const HFCLKSTARTED: u32 = 0x100;
 const LFCLKSTARTED: u32 = 0x104;
-const RESETREAS: u32 = 0x400;
+pub(crate) const RESETREAS: u32 = 0x400;
 const LFCLKSRC: u32 = 0x518;
-const DISABLE: u32 = 0x558;
+pub(crate) const DISABLE: u32 = 0x558;
 
 /// Start-up time of the 32 768 Hz RC oscillator. A crystal would take a quarter of a second.
 const LFRC_STARTUP: u64 = 600 * MICROSECOND;
-
-/// Bits of RESETREAS: section "POWER".
-pub(crate) const RESETREAS_PIN: u32 = 1;
-pub(crate) const RESETREAS_WATCHDOG: u32 = 1 << 1;
-pub(crate) const RESETREAS_SOFT: u32 = 1 << 2;
-pub(crate) const RESETREAS_LOCKUP: u32 = 1 << 3;
 
 /// The clocks' start, RESETREAS, and the debug port's protection.
 #[derive(Debug)]
@@ -35,48 +30,29 @@ pub(crate) struct Clock {
     crystal_runs_at: Option<u64>,
     /// The instant at which the low-frequency clock will have started.
     low_runs_at: Option<u64>,
-    /// RESETREAS, in which bits accumulate. It survives every reset except power-on and a brown-out.
-    pub(crate) reset_reason: u32,
 }
 
 impl Clock {
     pub(crate) fn new() -> Self {
-        // Only the RC oscillator is modelled. The start-up times of the other sources differ.
-        let plain = [(LFCLKSRC, 0, 0..=0), (DISABLE, 0, ANY)];
+        let registers = [
+            // "A field is cleared by writing '1' to it."
+            (RESETREAS, 0, Access::ClearOnes),
+            // Only the RC oscillator is modelled. The start-up times of the other sources differ.
+            (LFCLKSRC, 0, Access::Plain(0..=0)),
+            (DISABLE, 0, ANY),
+        ];
         let events = [HFCLKSTARTED, LFCLKSTARTED];
         Self {
-            common: Common::new("CLOCK/POWER", 0x4000_0000, &events, &[], &plain),
+            common: Common::new("CLOCK/POWER", CLOCK, &events, registers),
             crystal_runs_at: None,
             low_runs_at: None,
-            reset_reason: 0,
         }
-    }
-
-    /// Returns whether the firmware has opened the debug port.
-    pub(crate) fn opens_debug_port(&self) -> bool {
-        self.common[DISABLE] == UNPROTECTED
     }
 }
 
 impl Peripheral for Clock {
     fn common(&mut self) -> &mut Common {
         &mut self.common
-    }
-
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
-        match offset {
-            RESETREAS => Some(self.reset_reason),
-            _ => self.common.load(offset),
-        }
-    }
-
-    fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        match offset {
-            // "A field is cleared by writing '1' to it."
-            RESETREAS => self.reset_reason &= !value,
-            _ => self.common.store(offset, value)?,
-        }
-        Some(())
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
@@ -101,10 +77,10 @@ impl Peripheral for Clock {
         let now = context.now;
         let due = |at: &mut u64| *at <= now;
         if self.crystal_runs_at.take_if(due).is_some() {
-            context.raise(HFCLKSTARTED);
+            self.common.raise(HFCLKSTARTED, context);
         }
         if self.low_runs_at.take_if(due).is_some() {
-            context.raise(LFCLKSTARTED);
+            self.common.raise(LFCLKSTARTED, context);
         }
     }
 }
