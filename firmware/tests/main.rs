@@ -17,5 +17,6 @@ mod random;
 mod rare_times;
 mod receiving;
 mod resets;
+mod scripts;
 mod self_test;
 mod stack;
