@@ -70,7 +70,7 @@ fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<Vec<u8>> {
     let mut length = 0;
     let mut is_short = |frame: &Vec<u8>| {
         length += frame.len();
-        length < 1 << 17
+        length < 1 << 13
     };
     sent.take_while(|frame| is_short(frame)).collect()
 }
