@@ -27,9 +27,8 @@ const LFRC_STARTUP: u64 = 600 * MICROSECOND;
 #[derive(Debug)]
 pub(crate) struct Clock {
     common: Common,
-    crystal_runs_at: Option<u64>,
-    /// The instant at which the low-frequency clock will have started.
-    low_runs_at: Option<u64>,
+    /// The instants at which the crystal and the low-frequency clock will have started.
+    starts: [Option<u64>; 2],
 }
 
 impl Clock {
@@ -44,8 +43,7 @@ impl Clock {
         let events = [HFCLKSTARTED, LFCLKSTARTED];
         Self {
             common: Common::new("CLOCK/POWER", CLOCK, &events, registers),
-            crystal_runs_at: None,
-            low_runs_at: None,
+            starts: [None; 2],
         }
     }
 }
@@ -56,11 +54,10 @@ impl Peripheral for Clock {
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
+        let [crystal, low_frequency] = &mut self.starts;
         match offset {
-            HFCLKSTART => {
-                self.crystal_runs_at = context.crystal_startup.map(|time| context.now + time);
-            }
-            LFCLKSTART => self.low_runs_at = Some(context.now + LFRC_STARTUP),
+            HFCLKSTART => *crystal = context.crystal_startup.map(|time| context.now + time),
+            LFCLKSTART => *low_frequency = Some(context.now + LFRC_STARTUP),
             // In the model, the core always wakes without delay.
             CONSTLAT => {}
             _ => return None,
@@ -69,18 +66,15 @@ impl Peripheral for Clock {
     }
 
     fn next(&self, _: &SerialLine) -> Option<u64> {
-        let starts = [self.crystal_runs_at, self.low_runs_at];
-        starts.into_iter().flatten().min()
+        self.starts.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {
-        let now = context.now;
-        let due = |at: &mut u64| *at <= now;
-        if self.crystal_runs_at.take_if(due).is_some() {
-            self.common.raise(HFCLKSTARTED, context);
-        }
-        if self.low_runs_at.take_if(due).is_some() {
-            self.common.raise(LFCLKSTARTED, context);
+        let events = [HFCLKSTARTED, LFCLKSTARTED];
+        for (start, event) in self.starts.iter_mut().zip(events) {
+            if start.take_if(|at| *at <= context.now).is_some() {
+                self.common.raise(event, context);
+            }
         }
     }
 }
