@@ -20,3 +20,4 @@ mod resets;
 mod scripts;
 mod self_test;
 mod stack;
+mod symbols;

@@ -3,8 +3,9 @@
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 
 use crate::bounds::Recorded;
-use crate::firmware::{Firmware, Setpoint, frame};
+use crate::firmware::Firmware;
 use crate::outputs::{led3, pulse, pulses};
+use crate::symbols::{Setpoint, frame, setpoint, symbols};
 
 #[test]
 fn outputs() {
@@ -89,42 +90,6 @@ fn values(word: &str) -> Vec<String> {
     values.map(|value| value.to_string()).collect()
 }
 
-/// Returns the symbols of some words. The last word may repeat them.
-fn symbols(words: &[&str]) -> Vec<LineSymbol> {
-    let mut all = Vec::new();
-    for word in words {
-        let hex = |hex| u8::from_str_radix(hex, 16).expect(word);
-        if let Some(times) = word.strip_prefix('*') {
-            all = all.repeat(times.parse().expect(word));
-            continue;
-        }
-        match word.split_once(':') {
-            None => all.push(LineSymbol::Byte(hex(word))),
-            Some(("bad", byte)) => all.push(LineSymbol::BadStop(hex(byte))),
-            Some(("break", bits)) => all.push(LineSymbol::Break(bits.parse().expect(word))),
-            Some(("idle", bits)) => all.push(LineSymbol::Idle(bits.parse().expect(word))),
-            Some(("frame", demand)) => all.extend(frame(setpoint(demand)).map(LineSymbol::Byte)),
-            // With an even parity bit, a byte with an even number of ones has a low bit where the stop bit should be.
-            Some((_, demand)) => all.extend(frame(setpoint(demand)).into_iter().flat_map(|byte| {
-                match byte.count_ones() % 2 {
-                    0 => vec![LineSymbol::BadStop(byte)],
-                    _ => vec![LineSymbol::Byte(byte), LineSymbol::Idle(1)],
-                }
-            })),
-        }
-    }
-    all
-}
-
-/// Returns three demands that commas separate.
-fn setpoint(text: &str) -> Setpoint {
-    let demands: Vec<u8> = text
-        .split(',')
-        .map(|demand| demand.parse().expect(text))
-        .collect();
-    demands.try_into().expect(text)
-}
-
 /// Returns a number: decimal, hexadecimal after 0x, or `max`.
 fn number(word: &str) -> u32 {
     match word.strip_prefix("0x") {
@@ -173,7 +138,7 @@ impl Script {
                 });
             }
             "send" => {
-                firmware.board.send_symbols(&symbols(words));
+                firmware.board.send_symbols(&symbols(&words.join(" ")));
             }
             "baud" => {
                 let millibaud = u64::from(value(0)) * 1_000;
