@@ -79,18 +79,6 @@ struct Window {
 }
 
 impl Window {
-    /// Returns the chip, with its time set to the instant of the access.
-    fn chip(&self) -> MutexGuard<'_, Chip> {
-        let mut chip = self.shared.chip();
-        chip.context.now = self.shared.now.load(Relaxed);
-        chip
-    }
-
-    /// Makes the board check the chip.
-    fn touch(&self) {
-        self.shared.touched.store(true, Relaxed);
-    }
-
     /// Accesses a register. Rejects an access to less than a word, because registers are words.
     fn access<T>(
         &self,
@@ -99,7 +87,8 @@ impl Window {
         access: impl FnOnce(&mut Chip, u32) -> Option<T>,
     ) -> Result<T, BusError> {
         let address = self.start + u32::try_from(offset).expect("offsets are inside the region");
-        let mut chip = self.chip();
+        let mut chip = self.shared.chip();
+        chip.context.now = self.shared.now.load(Relaxed);
         let done = if length == 4 {
             access(&mut chip, address)
         } else {
@@ -108,7 +97,7 @@ impl Window {
             None
         };
         if chip.context.refusal.is_some() {
-            self.touch();
+            self.shared.touched.store(true, Relaxed);
         }
         done.ok_or(BusError::Unassigned)
     }
@@ -125,7 +114,7 @@ impl MemOps for Window {
 
     fn write(&self, offset: u64, from: &[u8], _: MemAttrs) -> MemResult {
         let value = from.try_into().map_or(0, u32::from_le_bytes);
-        self.touch();
+        self.shared.touched.store(true, Relaxed);
         self.access(offset, from.len(), |chip, address| {
             chip.write(address, value)
         })
