@@ -1,5 +1,5 @@
-//! Tests of start-up and resets: the debug port, the cache, the crystal, the outputs after a reset, and how often
-//! the PWM gets new pulses.
+//! Tests of start-up: the debug port, the outputs after power-on, and how often the PWM gets new pulses. Others are
+//! scripts: see `start.txt`.
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
