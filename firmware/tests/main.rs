@@ -18,5 +18,7 @@ mod rare_times;
 mod receiving;
 mod renode;
 mod resets;
+mod scripts;
 mod self_test;
 mod stack;
+mod symbols;

@@ -229,12 +229,6 @@ rivals() {
     cargo run --locked --release --target-dir "$target/rivals" -- check
 }
 
-#= statistics (--all): the simulator's findings, with all trials
-statistics() {
-    export FRAMELOCK_STATISTICS=full
-    tests_of cargo test --package framelock-simulation
-}
-
 #= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink
 tables() {
     python_with pandas==3.1.1 polars==2.1.0 pymavlink==2.4.50

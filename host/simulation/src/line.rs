@@ -50,11 +50,6 @@ impl NoisyLine {
         }
     }
 
-    /// Returns the time at which the last bit sent so far ends.
-    pub(crate) fn now(&self) -> u64 {
-        self.instant(self.sent)
-    }
-
     /// Returns the bit that is on the line at this time.
     pub(crate) fn bit_at(&self, time: u64) -> u64 {
         time.saturating_sub(self.phase) / self.bit
@@ -87,11 +82,11 @@ impl NoisyLine {
         let bit = self.sent;
         self.sent += 1;
         if self.noise.quiet_until(bit) > bit {
-            self.uart.advance(level, self.now());
+            self.uart.advance(level, self.instant(self.sent));
         } else {
             let [first, second] = self.noise.disturbed(bit, level);
             self.uart.advance(first, self.instant(bit) + self.bit / 2);
-            self.uart.advance(second, self.now());
+            self.uart.advance(second, self.instant(self.sent));
         }
     }
 }
