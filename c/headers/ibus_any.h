@@ -174,7 +174,7 @@ static inline bool ibus_any_starts(uint8_t byte)
     return byte == 0x20U;
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -185,7 +185,7 @@ static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.

@@ -177,7 +177,7 @@ static inline bool ibus_telemetry_starts(uint8_t byte)
     return (byte == 0x04U) || (byte == 0x06U) || (byte == 0x08U);
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_telemetry_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -188,7 +188,7 @@ static inline uint16_t ibus_telemetry_checksum(const uint8_t *bytes, uint8_t cou
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
