@@ -223,6 +223,7 @@ fn said(field: &Field, value: Value) -> String {
         (Value::Unsigned(number), _) => format!(" {number}"),
         (Value::Signed(number), _) => format!(" {number}"),
         (Value::Float(number), _) => format!(" {}", number.to_bits()),
+        (Value::Double(number), _) => format!(" {}", number.to_bits()),
         (Value::Decimal(number, _), Some(scale)) => format!(" {}", number / scale.factor),
         (Value::Bytes(bytes) | Value::Text(bytes), _) => {
             let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();

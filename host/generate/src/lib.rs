@@ -14,7 +14,7 @@ mod render;
 use std::collections::HashSet;
 
 use framelock::Format as _;
-use framelock_description::{Class, Description, Field, Kind, Type};
+use framelock_description::{Class, Description, Field, Kind, Notation, Pattern, TextPlace, Type};
 use framelock_formats::layout::{CheckedLayout, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -62,6 +62,8 @@ struct Program {
     /// The stuffing, if the frames are packets.
     packets: Value,
     has_kinds: bool,
+    /// Whether values may be unreadable in some kind of frames.
+    may_fail: bool,
     kinds: Vec<KindItem>,
 }
 
@@ -86,6 +88,29 @@ struct KindItem {
     multiple: Option<(usize, usize)>,
     /// The zero bytes that the sender leaves out; `None` if it leaves out none.
     zeros: Option<Zeros>,
+    /// The patterns of the text, and the position of the text in a frame: the index of its first byte, and the number of
+    /// bytes after the text.
+    texts: Vec<Text>,
+    text_at: usize,
+    text_margin: usize,
+    /// Whether the values may be unreadable.
+    may_fail: bool,
+    /// Whether the text, if there is one, can be written.
+    may_encode: bool,
+}
+
+/// A pattern of a text: a literal, and the values after it.
+#[derive(Serialize)]
+struct Text {
+    first: Vec<u8>,
+    values: Vec<TextValue>,
+}
+
+/// A value in a text: the index of its item, unless the value is skipped, and the literal after it.
+#[derive(Serialize)]
+struct TextValue {
+    item: Option<usize>,
+    after: Vec<u8>,
 }
 
 /// The zero bytes at the end of the payload that the sender leaves out.
@@ -131,6 +156,17 @@ struct Item {
     type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
+    /// The name of the number of values, if a shorter frame may have fewer of them.
+    values: Option<String>,
+    /// Whether the field is a value in the text of the frame.
+    in_text: bool,
+    /// The notation of a number that does not consist of bits alone: `decimal` or `hexadecimal` for digits in a text, `hex`
+    /// for two digits for each byte, `bcd`, or `magnitude`. `degrees` and `time` stay text. Otherwise empty.
+    notation: &'static str,
+    /// The number of decimals of a number in decimal notation.
+    decimals: u32,
+    /// Whether the bytes of the field may be no number in its notation.
+    is_fallible: bool,
     /// The number of bytes in a number.
     bytes: usize,
     /// The encoding of a number: `le`, `be`, or `bits` for a bit field.
@@ -156,6 +192,7 @@ impl Program {
             };
             KindItem::new(kind, name, language)
         });
+        let kinds: Vec<KindItem> = kinds.collect();
         Self {
             name: module(name),
             command: one_line(command),
@@ -166,7 +203,8 @@ impl Program {
                 .packets()
                 .map_or(().into(), layout::packets),
             has_kinds,
-            kinds: kinds.collect(),
+            may_fail: kinds.iter().any(|kind| kind.may_fail),
+            kinds,
         }
     }
 }
@@ -187,13 +225,38 @@ impl KindItem {
         let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
+            let has_place = field.text.is_none();
+            let needs = kind.shortest_with(field);
+            let needs = needs.filter(|_| has_place && !is_cut(field));
+            let item = Item::new(field, &mut used);
+            let has_fewer = needs.is_some() && item.is_array;
+            let values = has_fewer.then(|| free(&format!("{}_count", item.name), &mut used));
             Item {
-                least: least.filter(|least| !is_fixed && may_be_longer(least)),
-                needs: kind.shortest_with(field).filter(|_| !is_cut(field)),
-                ..Item::new(field, &mut used)
+                least: least.filter(|least| has_place && !is_fixed && may_be_longer(least)),
+                needs: needs.filter(|_| values.is_none()),
+                values,
+                ..item
             }
         });
         let items: Vec<Item> = items.collect();
+        let text = |(pattern, text): (usize, &Pattern)| {
+            let item = |value| {
+                let place = Some(TextPlace { pattern, value });
+                kind.varying_fields().position(|field| field.text == place)
+            };
+            let values = text.values.iter().enumerate();
+            let values = values.map(|(number, value)| TextValue {
+                item: item(number),
+                after: value.after.clone(),
+            });
+            Text {
+                first: text.first.clone(),
+                values: values.collect(),
+            }
+        };
+        let texts: Vec<Text> = kind.texts.iter().enumerate().map(text).collect();
+        let mut in_text = texts.iter().flat_map(|text| &text.values);
+        let is_fallible = items.iter().any(|item| item.is_fallible);
         Self {
             described_name: kind.name.clone(),
             name,
@@ -209,12 +272,29 @@ impl KindItem {
                 are_left_out: kind.multiple().is_none()
                     && kind.fields.iter().all(|field| field.length().is_some()),
             }),
+            may_fail: !texts.is_empty() || is_fallible,
+            may_encode: texts.len() < 2 && in_text.all(|value| value.item.is_some()),
+            text_at: kind.text_at,
+            text_margin: kind.from_end,
+            texts,
         }
     }
 }
 
 impl Item {
     fn new(field: &Field, used: &mut HashSet<String>) -> Self {
+        let is_limited = field.text.is_some() || field.count.is_some();
+        let (notation, is_number) = match (field.kind, field.notation) {
+            (Type::Text, Notation::Decimal) if is_limited => ("decimal", true),
+            (Type::Text, Notation::Hex) if is_limited => ("hexadecimal", true),
+            (Type::Text, Notation::Degrees) => ("degrees", false),
+            (Type::Text, Notation::Clock | Notation::Date) => ("time", false),
+            (Type::Text | Type::Bytes, _) => ("", false),
+            (_, Notation::Hex) => ("hex", true),
+            (_, Notation::Bcd) => ("bcd", true),
+            (_, Notation::SignMagnitude) => ("magnitude", true),
+            _ => ("", true),
+        };
         let (bytes, encoding, first) = match field.kind {
             Type::Number(number) if number.bytes == 1 => (1, "le", None),
             Type::Number(number) => (number.bytes, layout::order(number.order), None),
@@ -226,7 +306,12 @@ impl Item {
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let width = field.value_width();
+        let is_in_digits = ["decimal", "hexadecimal"].contains(&notation);
+        let width = if is_in_digits {
+            32
+        } else {
+            field.value_width()
+        };
         let type_width = width.next_power_of_two().max(8);
         Self {
             name: free(&names::words(&field.name).join("_"), used),
@@ -235,14 +320,19 @@ impl Item {
             at: field.at,
             margin: field.margin,
             meaning: meaning(field),
-            is_text: field.is_text(),
-            is_rest: field.length().is_none(),
+            is_text: !is_number,
+            is_rest: !is_in_digits && field.length().is_none(),
             is_array: field.is_array(),
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
             type_width,
-            is_narrow_signed: field.class() == Class::Signed && width < type_width,
+            is_narrow_signed: class == 'i' && width < type_width && notation != "magnitude",
+            values: None,
+            in_text: field.text.is_some(),
+            notation,
+            decimals: field.decimals.unwrap_or_default(),
+            is_fallible: ["decimal", "hexadecimal", "hex", "bcd"].contains(&notation),
             bytes,
             encoding,
             first,
@@ -257,6 +347,7 @@ impl Item {
 fn meaning(field: &Field) -> String {
     let mut meaning = match field.kind {
         _ if field.is_appended => "After the frame".to_owned(),
+        _ if field.text.is_some() => "In the text".to_owned(),
         Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
         Type::Bits { first, width } => format!("At {}, bit {first}: {width} bits", field.at),
         Type::Number(number) => format!("At {}: {number}", field.at),
@@ -266,11 +357,27 @@ fn meaning(field: &Field) -> String {
     if let Some(mask) = field.mask {
         meaning += &format!(", mask {mask:#X}");
     }
+    match field.notation {
+        Notation::Decimal => meaning += ": a decimal number",
+        Notation::Hex => meaning += " in hex digits",
+        Notation::Bcd => meaning += " in BCD",
+        Notation::SignMagnitude => meaning += ", sign and magnitude",
+        _ => {}
+    }
+    if let Some(decimals @ 1..) = field.decimals {
+        meaning += &format!(", times 10^{decimals}");
+    }
     if let Some(scale) = &field.scale {
         meaning += &format!("; times {scale}");
     }
     if let Some(unit) = &field.unit {
         meaning += &format!("; in `{}`", one_line(unit));
+    }
+    for (number, name) in &field.names {
+        meaning += &format!("; {number}: {}", one_line(name));
+    }
+    if let Some(missing) = &field.missing {
+        meaning += &format!("; {missing}: no value");
     }
     meaning + "."
 }
