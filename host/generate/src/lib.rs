@@ -14,7 +14,7 @@ mod render;
 use std::collections::HashSet;
 
 use framelock::Format as _;
-use framelock_description::{Class, Description, Field, Kind, Notation, Pattern, TextPlace, Type};
+use framelock_description::{Class, Description, Field, Kind, Notation, Pattern, Type};
 use framelock_formats::layout::{CheckedLayout, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -88,29 +88,16 @@ struct KindItem {
     multiple: Option<(usize, usize)>,
     /// The zero bytes that the sender leaves out; `None` if it leaves out none.
     zeros: Option<Zeros>,
-    /// The patterns of the text, and the position of the text in a frame: the index of its first byte, and the number of
-    /// bytes after the text.
-    texts: Vec<Text>,
+    /// The patterns of the text.
+    texts: Vec<Value>,
+    /// The index of the first byte of the text.
     text_at: usize,
-    text_margin: usize,
+    /// The number of bytes at the end of a frame that are counted from the end.
+    from_end: usize,
     /// Whether the values may be unreadable.
     may_fail: bool,
-    /// Whether the text, if there is one, can be written.
+    /// Whether the pattern says which bytes to write.
     may_encode: bool,
-}
-
-/// A pattern of a text: a literal, and the values after it.
-#[derive(Serialize)]
-struct Text {
-    first: Vec<u8>,
-    values: Vec<TextValue>,
-}
-
-/// A value in a text: the index of its item, unless the value is skipped, and the literal after it.
-#[derive(Serialize)]
-struct TextValue {
-    item: Option<usize>,
-    after: Vec<u8>,
 }
 
 /// The zero bytes at the end of the payload that the sender leaves out.
@@ -118,8 +105,6 @@ struct TextValue {
 struct Zeros {
     /// The index of the first byte that may be left out.
     first: usize,
-    /// The number of bytes that follow the payload in a frame without its trailer.
-    margin: usize,
     /// Whether `encode` leaves out these zero bytes. `encode` writes the zero bytes if a field takes the rest of the
     /// frame, or if some lengths are not possible.
     are_left_out: bool,
@@ -129,6 +114,8 @@ struct Zeros {
 #[derive(Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
 struct Item {
+    /// The field's name in the description.
+    described_name: String,
     /// The field's name in the program.
     name: String,
     /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
@@ -160,9 +147,8 @@ struct Item {
     values: Option<String>,
     /// Whether the field is a value in the text of the frame.
     in_text: bool,
-    /// The notation of a number that does not consist of bits alone: `decimal` or `hexadecimal` for digits in a text, `hex`
-    /// for two digits for each byte, `bcd`, or `magnitude`. `degrees` and `time` stay text. Otherwise empty.
-    notation: &'static str,
+    /// The notation of the value, as the description names it.
+    notation: String,
     /// The number of decimals of a number in decimal notation.
     decimals: u32,
     /// Whether the bytes of the field may be no number in its notation.
@@ -239,24 +225,7 @@ impl KindItem {
             }
         });
         let items: Vec<Item> = items.collect();
-        let text = |(pattern, text): (usize, &Pattern)| {
-            let item = |value| {
-                let place = Some(TextPlace { pattern, value });
-                kind.varying_fields().position(|field| field.text == place)
-            };
-            let values = text.values.iter().enumerate();
-            let values = values.map(|(number, value)| TextValue {
-                item: item(number),
-                after: value.after.clone(),
-            });
-            Text {
-                first: text.first.clone(),
-                values: values.collect(),
-            }
-        };
-        let texts: Vec<Text> = kind.texts.iter().enumerate().map(text).collect();
-        let mut in_text = texts.iter().flat_map(|text| &text.values);
-        let is_fallible = items.iter().any(|item| item.is_fallible);
+        let mut in_text = kind.texts.iter().flat_map(|text| &text.values);
         Self {
             described_name: kind.name.clone(),
             name,
@@ -268,71 +237,70 @@ impl KindItem {
             multiple: kind.multiple(),
             zeros: kind.varying_fields().any(is_cut).then(|| Zeros {
                 first: kind.first_zero(),
-                margin: kind.from_end,
                 are_left_out: kind.multiple().is_none()
                     && kind.fields.iter().all(|field| field.length().is_some()),
             }),
-            may_fail: !texts.is_empty() || is_fallible,
-            may_encode: texts.len() < 2 && in_text.all(|value| value.item.is_some()),
+            may_fail: !kind.texts.is_empty() || kind.fields.iter().any(is_fallible),
+            may_encode: kind.texts.len() < 2 && in_text.all(|value| value.name.is_some()),
+            texts: kind.texts.iter().map(text).collect(),
             text_at: kind.text_at,
-            text_margin: kind.from_end,
-            texts,
+            from_end: kind.from_end,
         }
     }
 }
 
+/// Returns whether the bytes of a field may be no number in the field's notation.
+fn is_fallible(field: &Field) -> bool {
+    !field.is_bytes() && matches!(field.notation, Notation::Hex | Notation::Bcd)
+}
+
+/// Returns the template values for a pattern of a text.
+fn text(text: &Pattern) -> Value {
+    let values = text.values.iter();
+    let values = values.map(|value| context! { name => value.name, after => value.after });
+    context! { first => text.first, values => values.collect::<Vec<_>>() }
+}
+
 impl Item {
     fn new(field: &Field, used: &mut HashSet<String>) -> Self {
-        let is_limited = field.text.is_some() || field.count.is_some();
-        let (notation, is_number) = match (field.kind, field.notation) {
-            (Type::Text, Notation::Decimal) if is_limited => ("decimal", true),
-            (Type::Text, Notation::Hex) if is_limited => ("hexadecimal", true),
-            (Type::Text, Notation::Degrees) => ("degrees", false),
-            (Type::Text, Notation::Clock | Notation::Date) => ("time", false),
-            (Type::Text | Type::Bytes, _) => ("", false),
-            (_, Notation::Hex) => ("hex", true),
-            (_, Notation::Bcd) => ("bcd", true),
-            (_, Notation::SignMagnitude) => ("magnitude", true),
-            _ => ("", true),
-        };
         let (bytes, encoding, first) = match field.kind {
             Type::Number(number) if number.bytes == 1 => (1, "le", None),
             Type::Number(number) => (number.bytes, layout::order(number.order), None),
             Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
+        let in_text = field.text.is_some();
+        let is_text = field.is_bytes()
+            && !(in_text && matches!(field.notation, Notation::Decimal | Notation::Hex));
         let class = match field.class() {
+            Class::Signed if is_text => 'u',
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let is_in_digits = ["decimal", "hexadecimal"].contains(&notation);
-        let width = if is_in_digits {
-            32
-        } else {
-            field.value_width()
-        };
+        let width = if in_text { 32 } else { field.value_width() };
         let type_width = width.next_power_of_two().max(8);
         Self {
+            described_name: field.name.clone(),
             name: free(&names::words(&field.name).join("_"), used),
             needs: None,
             least: None,
             at: field.at,
             margin: field.margin,
             meaning: meaning(field),
-            is_text: !is_number,
-            is_rest: !is_in_digits && field.length().is_none(),
+            is_text,
+            is_rest: is_text && field.length().is_none(),
             is_array: field.is_array(),
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
             type_width,
-            is_narrow_signed: class == 'i' && width < type_width && notation != "magnitude",
+            is_narrow_signed: class == 'i' && width < type_width,
             values: None,
-            in_text: field.text.is_some(),
-            notation,
+            in_text,
+            notation: format!("{:?}", field.notation),
             decimals: field.decimals.unwrap_or_default(),
-            is_fallible: ["decimal", "hexadecimal", "hex", "bcd"].contains(&notation),
+            is_fallible: is_fallible(field),
             bytes,
             encoding,
             first,
@@ -357,13 +325,12 @@ fn meaning(field: &Field) -> String {
     if let Some(mask) = field.mask {
         meaning += &format!(", mask {mask:#X}");
     }
-    match field.notation {
-        Notation::Decimal => meaning += ": a decimal number",
-        Notation::Hex => meaning += " in hex digits",
-        Notation::Bcd => meaning += " in BCD",
-        Notation::SignMagnitude => meaning += ", sign and magnitude",
-        _ => {}
-    }
+    meaning += match field.notation {
+        Notation::SignMagnitude => ", sign and magnitude",
+        Notation::Bcd => ", BCD",
+        Notation::Hex => ", hex digits",
+        _ => "",
+    };
     if let Some(decimals @ 1..) = field.decimals {
         meaning += &format!(", times 10^{decimals}");
     }
@@ -376,8 +343,9 @@ fn meaning(field: &Field) -> String {
     for (number, name) in &field.names {
         meaning += &format!("; {number}: {}", one_line(name));
     }
-    if let Some(missing) = &field.missing {
-        meaning += &format!("; {missing}: no value");
-    }
+    meaning += &field
+        .missing
+        .as_ref()
+        .map_or(String::new(), |missing| format!("; {missing}: no value"));
     meaning + "."
 }

@@ -192,7 +192,7 @@ fn decimal(text: &[u8], decimals: usize) -> Option<i32> {
 }
 
 /// Reads a number of up to 16 hexadecimal digits, which may have blanks around them.
-fn hexadecimal(text: &[u8]) -> Option<u32> {
+fn hex(text: &[u8]) -> Option<u32> {
     let text = blanks(text);
     let end = text.iter().rposition(|byte| *byte != b' ')? + 1;
     let mut digits = text.get(..end).filter(|digits| digits.len() <= 16)?.iter();
@@ -227,7 +227,7 @@ fn add_decimal(into: &mut [u8], at: &mut usize, number: i32, decimals: u32) {
 }
 
 /// Writes a number in hexadecimal digits, as `add` writes bytes.
-fn add_hexadecimal(into: &mut [u8], at: &mut usize, number: u32) {
+fn add_hex(into: &mut [u8], at: &mut usize, number: u32) {
     let highest = number.checked_ilog2().unwrap_or_default() / 4;
     for place in (0..=highest).rev() {
         add(into, at, &[to_digit(number >> (4 * place))]);
