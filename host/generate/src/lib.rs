@@ -208,7 +208,10 @@ impl KindItem {
         let least = kind.least_length(always.filter_map(|field| field.end(0)));
         let start = least.max(kind.layout().shortest);
         let mut used = language.keywords();
-        let items = kind.varying_fields().map(|field| {
+        let items = kind
+            .varying_fields()
+            .filter(|field| !is_repeated(kind, field));
+        let items = items.map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
             let has_place = field.text.is_none();
@@ -247,6 +250,17 @@ impl KindItem {
             from_end: kind.from_end,
         }
     }
+}
+
+/// Returns whether a text is a part of a field that takes the rest of the frame. Generated code has only that field.
+#[must_use]
+pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
+    let mut others = kind
+        .fields
+        .iter()
+        .filter(|it| it.text.is_none() && it.at >= 0);
+    let has_whole = others.any(|it| it.is_bytes() && it.count.is_none() && it.at <= field.at);
+    has_whole && field.is_bytes() && field.count.is_some() && !field.is_appended
 }
 
 /// Returns whether the bytes of a field may be no number in the field's notation.
