@@ -129,6 +129,8 @@ const NOTATIONS: &str = "
         { name = 'double', at = 49, type = 'f64be' },
         { name = 'channels', at = 57, type = 'u16be', count = 8 },
         { name = 'rest', at = 73, bit = 1, bits = 9, count = 6 },
+        { name = 'power', at = 80, type = 'i8', notation = 'magnitude' },
+        { name = 'gain', at = 81, bits = 12, notation = 'magnitude', count = 2 },
     ]
 ";
 
