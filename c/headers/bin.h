@@ -220,6 +220,13 @@ static inline void bin_count_frame(bin_receiver *receiver, uint8_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool bin_read(const uint8_t *frame, uint8_t length, bin_message *message)
+{
+    bin_decode(frame, length, message);
+    return true;
+}
+
 BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver)
 {
     return receiver->count;
@@ -246,10 +253,9 @@ BIN_FUNCTION bool bin_push(bin_receiver *receiver, uint8_t byte, bin_message *me
     }
     if (outcome == BIN_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        bin_decode(receiver->held, BIN_LONGEST, message);
         bin_count_frame(receiver, BIN_LONGEST);
         receiver->count = 0U;
-        return true;
+        return bin_read(receiver->held, BIN_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

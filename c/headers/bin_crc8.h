@@ -263,6 +263,13 @@ static inline void bin_crc8_count_frame(bin_crc8_receiver *receiver, uint8_t len
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool bin_crc8_read(const uint8_t *frame, uint8_t length, bin_crc8_message *message)
+{
+    bin_crc8_decode(frame, length, message);
+    return true;
+}
+
 BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver)
 {
     return receiver->count;
@@ -289,10 +296,9 @@ BIN_CRC8_FUNCTION bool bin_crc8_push(bin_crc8_receiver *receiver, uint8_t byte, 
     }
     if (outcome == BIN_CRC8_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        bin_crc8_decode(receiver->held, BIN_CRC8_LONGEST, message);
         bin_crc8_count_frame(receiver, BIN_CRC8_LONGEST);
         receiver->count = 0U;
-        return true;
+        return bin_crc8_read(receiver->held, BIN_CRC8_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

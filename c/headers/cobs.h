@@ -308,6 +308,13 @@ static inline void cobs_count_frame(cobs_receiver *receiver, uint32_t length)
     }
 }
 
+/* Reads the values of a received packet. */
+static inline bool cobs_read(const uint8_t *frame, uint16_t length, cobs_message *message)
+{
+    cobs_decode(frame, length, message);
+    return true;
+}
+
 COBS_FUNCTION uint32_t cobs_pending(const cobs_receiver *receiver)
 {
     return receiver->pending;
@@ -352,10 +359,9 @@ static inline bool cobs_decide(cobs_receiver *receiver, cobs_outcome outcome, ui
         return false;
     }
     cobs_count_frame(receiver, receiver->pending);
-    cobs_decode(receiver->buffer, length, message);
     receiver->pending = 0U;
     receiver->stage = COBS_OUTSIDE;
-    return true;
+    return cobs_read(receiver->buffer, length, message);
 }
 
 /* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */

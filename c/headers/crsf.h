@@ -329,6 +329,13 @@ static inline void crsf_count_frame(crsf_receiver *receiver, uint8_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool crsf_read(const uint8_t *frame, uint8_t length, crsf_message *message)
+{
+    crsf_decode(frame, length, message);
+    return true;
+}
+
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -430,8 +437,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
     if (length == 0U) {
         return false;
     }
-    crsf_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return crsf_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
@@ -442,8 +448,7 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = crsf_next(receiver, false, &again);
-        if (length > 0U) {
-            crsf_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && crsf_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -487,8 +492,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
             has_waited = true;
             length = crsf_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            crsf_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && crsf_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -787,6 +787,13 @@ static inline void gnss_count_frame(gnss_receiver *receiver, uint16_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool gnss_read(const uint8_t *frame, uint16_t length, gnss_message *message)
+{
+    gnss_decode(frame, length, message);
+    return true;
+}
+
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -888,8 +895,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
     if (length == 0U) {
         return false;
     }
-    gnss_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return gnss_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
@@ -900,8 +906,7 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = gnss_next(receiver, false, &again);
-        if (length > 0U) {
-            gnss_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && gnss_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -945,8 +950,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
             has_waited = true;
             length = gnss_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            gnss_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && gnss_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -173,7 +173,7 @@ static inline bool ibus_starts(uint8_t byte)
     return byte == 0x20U;
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -184,7 +184,7 @@ static inline uint16_t ibus_checksum(const uint8_t *bytes, uint8_t count)
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
@@ -303,6 +303,13 @@ static inline void ibus_count_frame(ibus_receiver *receiver, uint8_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool ibus_read(const uint8_t *frame, uint8_t length, ibus_message *message)
+{
+    ibus_decode(frame, length, message);
+    return true;
+}
+
 IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -404,8 +411,7 @@ IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message
     if (length == 0U) {
         return false;
     }
-    ibus_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ibus_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
@@ -416,8 +422,7 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_next(receiver, false, &again);
-        if (length > 0U) {
-            ibus_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ibus_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -461,8 +466,8 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
             has_waited = true;
             length = ibus_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ibus_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ibus_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -824,6 +824,13 @@ static inline void mavlink_count_frame(mavlink_receiver *receiver, uint16_t leng
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool mavlink_read(const uint8_t *frame, uint16_t length, mavlink_message *message)
+{
+    mavlink_decode(frame, length, message);
+    return true;
+}
+
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -925,8 +932,7 @@ MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mav
     if (length == 0U) {
         return false;
     }
-    mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message)
@@ -937,8 +943,7 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -982,8 +987,8 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
             has_waited = true;
             length = mavlink_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -441,6 +441,13 @@ static inline void mavlink1_count_frame(mavlink1_receiver *receiver, uint16_t le
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool mavlink1_read(const uint8_t *frame, uint16_t length, mavlink1_message *message)
+{
+    mavlink1_decode(frame, length, message);
+    return true;
+}
+
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -542,8 +549,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
     if (length == 0U) {
         return false;
     }
-    mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink1_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_message *message)
@@ -554,8 +560,7 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink1_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink1_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -599,8 +604,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
             has_waited = true;
             length = mavlink1_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink1_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink1_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -511,6 +511,13 @@ static inline void mavlink2_count_frame(mavlink2_receiver *receiver, uint16_t le
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool mavlink2_read(const uint8_t *frame, uint16_t length, mavlink2_message *message)
+{
+    mavlink2_decode(frame, length, message);
+    return true;
+}
+
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -612,8 +619,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
     if (length == 0U) {
         return false;
     }
-    mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink2_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_message *message)
@@ -624,8 +630,7 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink2_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink2_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -669,8 +674,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
             has_waited = true;
             length = mavlink2_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink2_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink2_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

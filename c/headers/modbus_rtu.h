@@ -317,6 +317,13 @@ static inline void modbus_rtu_count_frame(modbus_rtu_receiver *receiver, uint16_
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool modbus_rtu_read(const uint8_t *frame, uint16_t length, modbus_rtu_message *message)
+{
+    modbus_rtu_decode(frame, length, message);
+    return true;
+}
+
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -418,8 +425,7 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t 
     if (length == 0U) {
         return false;
     }
-    modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return modbus_rtu_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_rtu_message *message)
@@ -430,8 +436,7 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_r
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = modbus_rtu_next(receiver, false, &again);
-        if (length > 0U) {
-            modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && modbus_rtu_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -475,8 +480,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_line_event(modbus_rtu_receiver *receiver, mo
             has_waited = true;
             length = modbus_rtu_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && modbus_rtu_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

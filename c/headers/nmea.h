@@ -415,6 +415,13 @@ static inline void nmea_count_frame(nmea_receiver *receiver, uint16_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool nmea_read(const uint8_t *frame, uint16_t length, nmea_message *message)
+{
+    nmea_decode(frame, length, message);
+    return true;
+}
+
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -516,8 +523,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
     if (length == 0U) {
         return false;
     }
-    nmea_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return nmea_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
@@ -528,8 +534,7 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = nmea_next(receiver, false, &again);
-        if (length > 0U) {
-            nmea_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && nmea_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -573,8 +578,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
             has_waited = true;
             length = nmea_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            nmea_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && nmea_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -326,6 +326,13 @@ static inline void rtcm_count_frame(rtcm_receiver *receiver, uint16_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool rtcm_read(const uint8_t *frame, uint16_t length, rtcm_message *message)
+{
+    rtcm_decode(frame, length, message);
+    return true;
+}
+
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -427,8 +434,7 @@ RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message
     if (length == 0U) {
         return false;
     }
-    rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return rtcm_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
@@ -439,8 +445,7 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = rtcm_next(receiver, false, &again);
-        if (length > 0U) {
-            rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && rtcm_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -484,8 +489,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
             has_waited = true;
             length = rtcm_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            rtcm_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && rtcm_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

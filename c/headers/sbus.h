@@ -320,6 +320,13 @@ static inline void sbus_count_frame(sbus_receiver *receiver, uint8_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool sbus_read(const uint8_t *frame, uint8_t length, sbus_message *message)
+{
+    sbus_decode(frame, length, message);
+    return true;
+}
+
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -421,8 +428,7 @@ SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message
     if (length == 0U) {
         return false;
     }
-    sbus_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return sbus_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
@@ -433,8 +439,7 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = sbus_next(receiver, false, &again);
-        if (length > 0U) {
-            sbus_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && sbus_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -478,8 +483,8 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
             has_waited = true;
             length = sbus_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            sbus_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && sbus_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -247,6 +247,13 @@ static inline void six_axes_count_frame(six_axes_receiver *receiver, uint8_t len
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool six_axes_read(const uint8_t *frame, uint8_t length, six_axes_message *message)
+{
+    six_axes_decode(frame, length, message);
+    return true;
+}
+
 SIX_AXES_FUNCTION uint32_t six_axes_pending(const six_axes_receiver *receiver)
 {
     return receiver->count;
@@ -273,10 +280,9 @@ SIX_AXES_FUNCTION bool six_axes_push(six_axes_receiver *receiver, uint8_t byte, 
     }
     if (outcome == SIX_AXES_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        six_axes_decode(receiver->held, SIX_AXES_LONGEST, message);
         six_axes_count_frame(receiver, SIX_AXES_LONGEST);
         receiver->count = 0U;
-        return true;
+        return six_axes_read(receiver->held, SIX_AXES_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

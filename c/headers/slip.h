@@ -296,6 +296,13 @@ static inline void slip_count_frame(slip_receiver *receiver, uint32_t length)
     }
 }
 
+/* Reads the values of a received packet. */
+static inline bool slip_read(const uint8_t *frame, uint16_t length, slip_message *message)
+{
+    slip_decode(frame, length, message);
+    return true;
+}
+
 SLIP_FUNCTION uint32_t slip_pending(const slip_receiver *receiver)
 {
     return receiver->pending;
@@ -339,10 +346,9 @@ static inline bool slip_decide(slip_receiver *receiver, slip_outcome outcome, ui
         return false;
     }
     slip_count_frame(receiver, receiver->pending);
-    slip_decode(receiver->buffer, length, message);
     receiver->pending = 0U;
     receiver->stage = SLIP_OUTSIDE;
-    return true;
+    return slip_read(receiver->buffer, length, message);
 }
 
 /* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */

@@ -317,6 +317,13 @@ static inline void ubx_count_frame(ubx_receiver *receiver, uint16_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool ubx_read(const uint8_t *frame, uint16_t length, ubx_message *message)
+{
+    ubx_decode(frame, length, message);
+    return true;
+}
+
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -418,8 +425,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
     if (length == 0U) {
         return false;
     }
-    ubx_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ubx_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
@@ -430,8 +436,7 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ubx_next(receiver, false, &again);
-        if (length > 0U) {
-            ubx_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ubx_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -475,8 +480,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
             has_waited = true;
             length = ubx_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ubx_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ubx_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

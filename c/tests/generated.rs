@@ -10,11 +10,12 @@ use std::slice;
 
 use framelock::{BufferedReceiver, Format, Found, Frame, LineEvent, PacketReceiver, Parser};
 use framelock_description::hex::glued;
-use framelock_description::{Description, Field, Layouts, SHIPPED, Value};
+use framelock_description::{Description, Field, Kind, Layouts, Notation, Pattern, SHIPPED, Value};
 use framelock_description_oracles as drawn;
-use framelock_generate::{CrcTable, c, rust};
+use framelock_generate::{CrcTable, c, is_repeated, rust};
 use framelock_oracles::faulty;
 use minijinja::{Environment, context};
+use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -75,6 +76,64 @@ pub(crate) const TRUNCATED: &str = "
     ]
 ";
 
+/// Texts as motion software sends them, and other texts.
+const TEXTS: &str = "
+    [[kinds]]
+    name = 'letters'
+    sync = '41'
+    terminator = '58'
+    longest = 40
+    text = '{pitch}B{roll}C{yaw}'
+    fields = [{ name = 'pitch', decimals = 1, unit = 'deg' }, { name = 'roll', decimals = 0, names = { 0 = 'off' } }]
+    [[kinds]]
+    name = 'brackets'
+    sync = '3C'
+    terminator = '3E'
+    longest = 40
+    text = '{pitch},{roll},{yaw}'
+    fields = [{ name = 'yaw', notation = 'hex', missing = 127 }]
+    [[kinds]]
+    name = 'words'
+    sync = '3A'
+    terminator = '0D 0A | 0A'
+    content = '20-7E'
+    longest = 60
+    checksum = { name = 'xor', type = 'hex8', at = -4 }
+    text = 'P {pitch} R{roll} {mode}?'
+    fields = [{ name = 'mode', notation = 'text' }, { name = 'pitch', decimals = 9, scale = 0.5 }]
+    [[kinds]]
+    name = 'meter'
+    sync = '2F'
+    terminator = '21'
+    longest = 80
+    text = ['{}1.8.1({energy}*kWh){}', '{}21.7.0({power}*kW){}']
+    fields = [{ name = 'energy', decimals = 3 }]
+";
+
+/// Every notation of a number, and arrays of which a frame may have fewer values.
+const NOTATIONS: &str = "
+    sync = 'AA'
+    length_field = { at = 1, type = 'u8', plus = 2 }
+    longest = 90
+    fields = [
+        { name = 'digits', at = 2, type = 'i16be', notation = 'hex', scale = 0.1 },
+        { name = 'pairs', at = 6, type = 'u24le', notation = 'hex', count = 2 },
+        { name = 'price', at = 18, type = 'u24be', notation = 'bcd', missing = 0 },
+        { name = 'long', at = 21, type = 'u56le', notation = 'bcd' },
+        { name = 'nibbles', at = 28, bits = 4, notation = 'bcd', count = 2 },
+        { name = 'small', at = 29, bits = 5, notation = 'signed', count = 3 },
+        { name = 'speed', at = 31, type = 'i16le', notation = 'sign-magnitude' },
+        { name = 'bits', at = 33, bit = 3, bits = 35, notation = 'sign-magnitude' },
+        { name = 'wide', at = 38, type = 'i40be' },
+        { name = 'wider', at = 43, type = 'u48le', names = { 0 = 'none' } },
+        { name = 'double', at = 49, type = 'f64be' },
+        { name = 'channels', at = 57, type = 'u16be', count = 8 },
+        { name = 'rest', at = 73, bit = 1, bits = 9, count = 6 },
+        { name = 'power', at = 80, type = 'i8', notation = 'magnitude' },
+        { name = 'gain', at = 81, bits = 12, notation = 'magnitude', count = 2 },
+    ]
+";
+
 /// Frames that begin with an array, because they have no sync.
 const ARRAY_FIRST: &str = "
     length = 9
@@ -92,6 +151,8 @@ impl Case {
         let mut stream = vec![Vec::new()];
         for _ in 0..30 {
             let mut frames = drawn::frames(&description, random);
+            let kind = description.kinds.choose(random).unwrap();
+            frames.extend(drawn::text_frame(kind, random));
             for frame in &mut frames {
                 *frame = drawn::with_any_end(&description, frame, random);
             }
@@ -133,6 +194,8 @@ fn cases(random_ones: usize) -> Vec<Case> {
         ("shared", SHARED_HEADER),
         ("late", LONGEST_FIRST),
         ("array_first", ARRAY_FIRST),
+        ("texts", TEXTS),
+        ("notations", NOTATIONS),
     ];
     let shipped = SHIPPED.iter().chain(&others).chain(FORMS);
     let mut cases: Vec<Case> = shipped
@@ -176,18 +239,15 @@ where
     let mut note = |found: Found<Frame<'_, Layouts>>| match found {
         Found::Frame { message, .. } => {
             let (kind, frame) = message.message();
+            let Some(shown) = raw_values(&description.kinds[kind], frame) else {
+                return;
+            };
             frames += 1;
-            writeln!(text, "frame {kind}").unwrap();
-            let mut has_empty = false;
-            for (field, content) in description.kinds[kind].values(frame) {
-                has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
-                let values: String = content.values().map(|value| said(field, value)).collect();
-                writeln!(text, "{}{values}", field.name).unwrap();
-            }
+            write!(text, "frame {kind}\n{}", shown.text).unwrap();
             match description.encode(&drawn::values(description, frame)) {
-                // `Description::encode` treats an empty text as a missing field. Generated code treats it as a field, so it
-                // may encode a longer frame.
-                Ok(_) if has_empty => text.push_str("= any\n"),
+                // `Description::encode` leaves out an empty text and a value that means "missing", and does not round. Generated code treats an
+                // empty text as a field, so it may encode a longer frame.
+                Ok(_) if shown.has_empty || shown.is_rounded => text.push_str("= any\n"),
                 Ok(made) => match description.sent(&made) {
                     Some(sent) => writeln!(text, "= {}", glued(&sent)).unwrap(),
                     None => text.push_str("= none\n"),
@@ -217,19 +277,132 @@ where
     text
 }
 
-/// Returns a value as the generated code represents it: the unscaled value in the frame.
-fn said(field: &Field, value: Value) -> String {
-    match (value, &field.scale) {
-        (Value::Unsigned(number), _) => format!(" {number}"),
-        (Value::Signed(number), _) => format!(" {number}"),
-        (Value::Float(number), _) => format!(" {}", number.to_bits()),
-        (Value::Decimal(number, _), Some(scale)) => format!(" {}", number / scale.factor),
-        (Value::Bytes(bytes) | Value::Text(bytes), _) => {
-            let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
-            bytes.concat()
-        }
-        (Value::Decimal(..), None) => panic!("no scale"),
+/// The values of a frame as generated code represents them: unscaled, and without names.
+#[derive(Default)]
+struct RawValues {
+    text: String,
+    has_empty: bool,
+    is_rounded: bool,
+}
+
+/// Returns the values of a frame. Returns `None` if a value is no number, or if a text differs from its pattern.
+fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
+    let (mut raw, mut parts) = (kind.clone(), kind.clone());
+    for field in &mut raw.fields {
+        (field.scale, field.missing) = (None, None);
+        field.names.clear();
     }
+    for field in &mut parts.fields {
+        if field.text.is_some() {
+            field.notation = Notation::Text;
+        }
+    }
+    let part = |name: &str| {
+        let mut values = parts.values(frame);
+        let (_, content) = values.find(|(field, _)| field.name == name)?;
+        match content.value() {
+            Value::Text(part) => Some(part.to_vec()),
+            _ => None,
+        }
+    };
+    if !kind
+        .texts
+        .iter()
+        .all(|text| has_pattern(kind, text, frame, part))
+    {
+        return None;
+    }
+    let mut shown = RawValues {
+        has_empty: kind.values(frame).count() < raw.values(frame).count(),
+        ..RawValues::default()
+    };
+    for field in raw.varying_fields().filter(|it| !is_repeated(kind, it)) {
+        let numbers = match raw.contents(frame).of(field) {
+            // Degrees, times and texts stay texts.
+            Some(_) if field.text.is_some() && !is_number_in_text(field) => {
+                bytes(&part(&field.name)?)
+            }
+            Some(content) => {
+                shown.has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
+                let numbers = content
+                    .values()
+                    .map(|value| said(field, value, &mut shown.is_rounded));
+                numbers.collect::<Option<String>>()?
+            }
+            None if field.text.is_some() => return None,
+            None => continue,
+        };
+        writeln!(shown.text, "{}{numbers}", field.name).unwrap();
+    }
+    Some(shown)
+}
+
+/// Returns whether the whole text of a frame has a pattern. `part` returns the text of a value.
+fn has_pattern(
+    kind: &Kind,
+    text: &Pattern,
+    frame: &[u8],
+    part: impl Fn(&str) -> Option<Vec<u8>>,
+) -> bool {
+    let end = kind.layout().counted_length(frame) - kind.from_end;
+    // The pattern has one blank for each run of blanks in the text.
+    let squeezed = |text: &[u8]| {
+        let mut text = text.to_vec();
+        text.dedup_by(|one, other| (*one, *other) == (b' ', b' '));
+        text
+    };
+    let mut expected = vec![text.first.clone()];
+    for value in &text.values {
+        match &value.name {
+            Some(name) => match part(name) {
+                Some(part) => expected.last_mut().unwrap().extend(part),
+                None => return false,
+            },
+            None => expected.push(Vec::new()),
+        }
+        expected.last_mut().unwrap().extend(&value.after);
+    }
+    let text = squeezed(&frame[kind.text_at..end]);
+    let mut rest = &*text;
+    for (number, piece) in expected.iter().map(|piece| squeezed(piece)).enumerate() {
+        let mut starts = 0..if number == 0 { 1 } else { rest.len() + 1 };
+        match starts.find_map(|at| rest[at..].strip_prefix(&*piece)) {
+            Some(others) => rest = others,
+            None => return false,
+        }
+    }
+    rest.is_empty() || expected.len() > 1 && expected.last().is_some_and(Vec::is_empty)
+}
+
+fn is_number_in_text(field: &Field) -> bool {
+    field.text.is_some() && matches!(field.notation, Notation::Decimal | Notation::Hex)
+}
+
+fn bytes(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!(" {byte}")).collect()
+}
+
+/// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if it is no number.
+fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
+    Some(match value {
+        Value::Unsigned(number) if field.text.is_some() => {
+            format!(" {}", u32::try_from(number).ok()?)
+        }
+        Value::Unsigned(number) => format!(" {number}"),
+        Value::Signed(number) => format!(" {number}"),
+        Value::Float(number) => format!(" {}", number.to_bits()),
+        Value::Double(number) => format!(" {}", number.to_bits()),
+        Value::Decimal(number, decimals) => {
+            let wanted = field.decimals.unwrap_or_default();
+            let number = number * 10_i128.pow(wanted);
+            let unit = 10_i128.pow(decimals);
+            *is_rounded |= field.decimals.is_none() || number % unit != 0;
+            let rounded = (2 * number.abs() + unit) / (2 * unit) * number.signum();
+            format!(" {}", i32::try_from(rounded).ok()?)
+        }
+        Value::Bytes(all) | Value::Text(all) => bytes(all),
+        Value::Missing => return None,
+    })
 }
 
 /// Returns the values for the template of a program that runs the generated code.
@@ -252,23 +425,26 @@ fn values(case: &Case, code: &str) -> minijinja::Value {
             type => lines.find_map(|line| line.trim().strip_suffix(&declaration)),
             may_be_missing => code.contains(&format!("bool has_{name};")),
             in_bits => rust_bits(code, &name),
-            is_rest => field.length().is_none(),
-            is_array => field.is_array() || field.is_text(),
+            is_rest => code.contains(&format!(" {name}_length;")),
+            has_fewer => code.contains(&format!(" {name}_count: usize,")) || code.contains(&format!(" {name}_count; /*")),
+            is_array => field.is_array() || field.is_bytes() && !is_number_in_text(field),
             count => field.count.unwrap_or(1),
             name,
         }
     };
     let kinds = case.description.kinds.iter().map(|kind| {
-        let fields: Vec<_> = kind.varying_fields().map(field).collect();
+        let fields = kind.varying_fields().filter(|it| !is_repeated(kind, it));
+        let fields: Vec<_> = fields.map(field).collect();
         context! { name => kind.name, fields }
     });
-    let decode = format!("void {name}_decode(const uint8_t *frame, ");
+    let decode = format!(" {name}_decode(const uint8_t *frame, ");
     let index = code
         .split_once(&decode)
         .and_then(|(_, rest)| rest.split_once(' '));
     context! {
         name,
         is_window => code.contains("_LONGEST]; /* the pending bytes */"),
+        may_fail => code.contains("type Message<'a> = Option<Message"),
         are_packets => case.description.format().packets().is_some(),
         ends_with_break => case.description.ending_event() == Some(LineEvent::Break),
         index => index.map(|(index, _)| index),
@@ -281,8 +457,9 @@ fn rust_bits(code: &str, name: &str) -> &'static str {
     let declaration = format!("pub {name}: ");
     let kind = code.split_once(&declaration).map_or("", |(_, rest)| rest);
     match kind.split_once(",\n").map_or("", |(kind, _)| kind) {
-        "f32" => ".to_bits()",
+        "f32" | "f64" => ".to_bits()",
         "Option<f32>" => ".map(f32::to_bits)",
+        "Option<f64>" => ".map(f64::to_bits)",
         kind if kind.starts_with("[f32") => ".map(f32::to_bits)",
         kind if kind.starts_with("Option<[f32") => ".map(|all| all.map(f32::to_bits))",
         _ => "",

@@ -183,3 +183,13 @@ pub(crate) fn rows(numbers: Vec<u64>) -> String {
         .map(|row| row.iter().map(entry).collect::<Vec<_>>().join(", "));
     rows.collect::<Vec<_>>().join(",\n    ")
 }
+
+/// Returns two arguments in C: bytes as a literal, and their number.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
+pub(crate) fn text(bytes: Vec<u8>) -> String {
+    let escaped = bytes.iter().map(|byte| match byte {
+        b' '..=b'~' if !b"\"\\?".contains(byte) => char::from(*byte).to_string(),
+        _ => format!("\\{byte:03o}"),
+    });
+    format!("\"{}\", {}U", escaped.collect::<String>(), bytes.len())
+}

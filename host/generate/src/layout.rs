@@ -128,17 +128,13 @@ fn checksum(checksum: &Checksum) -> Value {
         Algorithm::Crc(parameters) => ("Crc".to_owned(), Some(crc(parameters))),
         other => (format!("{other:?}"), None),
     };
-    // A sum with all bits inverted, and a negated sum.
     let all = u32::MAX >> (32 - 8 * checksum.bytes);
-    let is_complement = algorithm == "Sum" && checksum.xor_out == all;
     context! {
         algorithm,
         crc,
         initial => checksum.initial & all,
         xor_out => checksum.xor_out & all,
         over_hex_digits => checksum.over_hex_digits,
-        is_inverted => is_complement && checksum.initial == 0,
-        is_negated => is_complement && checksum.initial == all,
         bytes => checksum.bytes,
         encoding => format!("{:?}", checksum.encoding),
         order => if checksum.encoding == Encoding::Big { "be" } else { "le" },

@@ -61,6 +61,8 @@ fn try_source(program: &Value, (template, helpers): Template) -> Result<String, 
     environment.add_filter("rows", c::rows);
     environment.add_filter("smallest_type", c::smallest_type);
     environment.add_filter("rust_slice", rust_slice);
+    environment.add_filter("c_text", c::text);
+    environment.add_filter("rust_text", rust_text);
     for (name, part) in &engine {
         environment.add_template(name, part)?;
     }
@@ -70,9 +72,15 @@ fn try_source(program: &Value, (template, helpers): Template) -> Result<String, 
         .split_once("HELPERS\n")
         .expect("the template has this line");
     // Helpers may call other helpers.
-    let direct = called(&code, &helpers);
-    let helpers = called(&(direct + &code), &helpers);
-    let source = format!("{}{helpers}{}", types.trim_start(), functions.trim_start());
+    let mut used = called(&code, &helpers);
+    loop {
+        let more = called(&(used.clone() + &code), &helpers);
+        if more == used {
+            break;
+        }
+        used = more;
+    }
+    let source = format!("{}{used}{}", types.trim_start(), functions.trim_start());
     Ok(source.trim_end().to_owned() + "\n")
 }
 
@@ -92,6 +100,12 @@ fn rust_slice(each: Vec<String>) -> String {
     format!("&[\n    {},\n]", each.join(",\n").replace('\n', "\n    "))
 }
 
+/// Returns bytes as a literal in Rust.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
+fn rust_text(bytes: Vec<u8>) -> String {
+    format!("b\"{}\"", bytes.escape_ascii())
+}
+
 /// Returns the functions that the code calls. In `functions`, a blank line follows each function.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
@@ -100,8 +114,8 @@ fn called(code: &str, functions: &str) -> String {
             .split_once(['(', '<'])
             .expect("each part is a function");
         let name = before.rsplit(|c| !is_name(c)).next().unwrap_or(before);
-        let call = format!("{name}(");
-        let mut calls = code.match_indices(&call);
+        let calls = ["(", "::<"].map(|end| format!("{name}{end}"));
+        let mut calls = calls.iter().flat_map(|call| code.match_indices(call));
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
     let functions = functions.split_inclusive("\n}\n\n");

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use framelock_description::{Description, Value};
+use framelock_description::{Description, Kind, Notation, Value};
 use framelock_oracles::frame;
 use rand::Rng;
 use rand::seq::IndexedRandom;
@@ -39,6 +39,51 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     row
 }
 
+/// Numbers in texts, in several notations, and texts that are no numbers.
+const IN_TEXT: &[&str] = &[
+    "0",
+    "127",
+    "255",
+    "-5",
+    "-90",
+    " +12.5 ",
+    "- 3.25",
+    "007",
+    ".5",
+    "1e3",
+    "2147483647",
+    "-2147483648.4",
+    "2147483647.5",
+    "99999999999",
+    "0000000000000000001",
+    "1A",
+    "",
+    "-",
+];
+
+/// Returns a frame whose text has a pattern of the kind. Some of the values may be no numbers.
+pub fn text_frame(kind: &Kind, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let text = kind.texts.choose(random)?;
+    let numbers = &IN_TEXT[..*[5, 10, IN_TEXT.len()].choose(random)?];
+    let mut content = text.first.clone();
+    for value in &text.values {
+        content.extend(numbers.choose(random)?.bytes());
+        for byte in &value.after {
+            let count = if *byte == b' ' {
+                random.random_range(1..3)
+            } else {
+                1
+            };
+            content.extend(std::iter::repeat_n(*byte, count));
+        }
+    }
+    let choose = |count| random.random_range(0..count);
+    let frame = frame(kind.layout(), &content, choose);
+    frame
+        .ok()
+        .filter(|_| kind.layout().header() == kind.text_at)
+}
+
 /// Returns random frames of the kinds and views, as they are encoded: for each, a frame of random bytes is decoded, and
 /// its values are encoded.
 pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
@@ -70,6 +115,15 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             random.random_range(0..count)
         });
         let mut frame = filled.unwrap_or_else(|almost| almost);
+        if let Some(text) = text_frame(shown, random) {
+            frame = text;
+        }
+        let fields = shown.fields.iter();
+        for field in fields.filter(|it| it.notation == Notation::Hex && !it.is_bytes()) {
+            for byte in field.position(frame.len()).unwrap_or_default() {
+                frame[byte] = *b"0123456789ABCDEFabcdef".choose(random)?;
+            }
+        }
         let (at, sign) = &shown.sign;
         frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
         let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
