@@ -52,6 +52,7 @@ pub mod hex;
 mod item;
 mod kind;
 mod layouts;
+mod mavlink_xml;
 mod messages;
 mod number;
 mod packets;
@@ -313,11 +314,24 @@ impl Description {
     }
 }
 
-/// Reads the text of a description from a file.
+/// Reads the text of a description from a file. Converts MAVLink's definitions, which are XML, to a description.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
+/// reads more than the limit.
 pub fn read(path: &Path) -> Result<String, ReadError> {
+    let text = read_text(path)?;
+    match text
+        .trim_start_matches('\u{FEFF}')
+        .trim_start()
+        .starts_with('<')
+    {
+        true => Ok(mavlink_xml::description(path, text)?),
+        false => Ok(text),
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let read = File::open(path)

@@ -72,12 +72,15 @@ impl From<toml::de::Error> for Located {
 /// A mistake in a description.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Mistake {
-    /// The text is not TOML, a table lacks a key or has an unknown one, or a value has the wrong type.
+    /// The text is neither TOML nor XML, a table lacks a key or has an unknown one, or a value has the wrong type.
     #[error("{0}")]
     Toml(String),
     /// An entry breaks a rule, or contradicts another entry.
     #[error("{0}")]
     Rule(&'static str),
+    /// A file that a definition includes cannot be read.
+    #[error("{0}")]
+    Include(String),
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
@@ -222,6 +225,9 @@ pub enum ReadError {
     /// The file is not text.
     #[error("{0} is not text: a description is a TOML file")]
     NotText(String),
+    /// MAVLink's definition in the file has a mistake.
+    #[error(transparent)]
+    Definition(#[from] Problem),
 }
 
 /// Values that no frame has.
