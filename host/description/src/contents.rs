@@ -202,6 +202,7 @@ impl Field {
                 let unused = self.prepared.unused;
                 Value::Signed((bits << unused).cast_signed() >> unused)
             }
+            Class::Float if self.prepared.unused == 0 => Value::Double(f64::from_bits(bits)),
             #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
             Class::Float => Value::Float(f32::from_bits(bits as u32)),
         };

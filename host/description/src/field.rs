@@ -7,9 +7,11 @@ use framelock_formats::layout::index;
 use serde_json::Value as Json;
 
 use crate::item::Item;
+use crate::notation::Notation;
 use crate::number::{Class, NumberType, ones};
+use crate::pattern::TextPlace;
 use crate::problem::Misfit;
-use crate::value::Scale;
+use crate::value::{Scale, Value};
 use crate::{hex, text};
 
 /// A field of a frame.
@@ -22,7 +24,11 @@ pub struct Field {
     pub at: i16,
     /// The field's type.
     pub kind: Type,
-    /// The number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
+    /// The notation of the values.
+    pub notation: Notation,
+    /// The number of digits after the point with which a decimal number in text is written; `None` if it is not given.
+    pub decimals: Option<u32>,
+    /// The greatest number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
     /// rest of the frame.
     pub count: Option<usize>,
     /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
@@ -31,6 +37,14 @@ pub struct Field {
     pub scale: Option<Scale>,
     /// The unit of measurement.
     pub unit: Option<String>,
+    /// The names of numbers, before scaling, in ascending order of the numbers.
+    pub names: Vec<(i64, String)>,
+    /// The number, before scaling, that means that there is no value.
+    pub missing: Option<Value<'static>>,
+    /// The byte that fills a text of a fixed number of bytes after the text's end.
+    pub padding: Option<u8>,
+    /// The place of the value in the frame's text. Then the field's own position is that of the whole text.
+    pub text: Option<TextPlace>,
     /// If the field has the same value in every frame: the bits of this value, at the positions of the mask.
     pub constant: Option<u64>,
     /// The values that the field may have; none if it may have any value.
@@ -90,28 +104,44 @@ impl Field {
     /// Returns true if the values are text, or bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
-        matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
+        self.notation == Notation::Text && self.item.is_none_or(Item::is_text)
     }
 
-    /// Returns the meaning of a value's bits. Values of fields of bits, bytes and text have no sign.
+    /// Returns true if the field occupies bytes instead of numbers.
+    #[must_use]
+    pub fn is_bytes(&self) -> bool {
+        matches!(self.kind, Type::Bytes | Type::Text)
+    }
+
+    /// Returns true if the values are whole numbers or decimal numbers.
+    #[must_use]
+    pub fn is_decimal(&self) -> bool {
+        !matches!(self.notation, Notation::Text | Notation::Float)
+    }
+
+    /// Returns whether the values have a sign, or are floating-point numbers. Texts and bytes count as unsigned.
     #[must_use]
     pub fn class(&self) -> Class {
-        match self.kind {
-            Type::Number(number) => number.class,
-            _ => Class::Unsigned,
+        match (self.notation, self.kind) {
+            (Notation::Hex, Type::Number(number)) => number.class,
+            (Notation::Unsigned | Notation::Bcd | Notation::Hex | Notation::Text, _) => {
+                Class::Unsigned
+            }
+            (Notation::Float, _) => Class::Float,
+            _ => Class::Signed,
         }
     }
 
     /// Returns true if the field is an array of values.
     #[must_use]
     pub fn is_array(&self) -> bool {
-        self.count.is_some() && !self.is_text()
+        self.count.is_some() && !self.is_bytes()
     }
 
     /// Returns the number of values.
     #[must_use]
     pub fn values(&self) -> usize {
-        self.count.filter(|_| !self.is_text()).unwrap_or(1)
+        self.count.filter(|_| !self.is_bytes()).unwrap_or(1)
     }
 
     /// Returns the column name of a value in a table. `number` counts the field's values from 0.
@@ -200,7 +230,10 @@ impl Field {
             is_plain: self.length() == Some(1)
                 && self.mask.is_none()
                 && self.scale.is_none()
-                && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
+                && self.names.is_empty()
+                && self.missing.is_none()
+                && matches!(self.kind, Type::Number(_))
+                && self.notation == Notation::Unsigned,
         };
         self.count != Some(0)
     }

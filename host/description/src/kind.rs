@@ -8,6 +8,7 @@ use framelock_formats::layout::{ByteOrder, CheckedLayout, Length, index};
 use crate::field::Field;
 use crate::layouts::{Layouts, header};
 use crate::number::{Class, NumberType};
+use crate::pattern::Pattern;
 
 /// The largest length that a description may allow for a frame: the largest 16-bit number plus 256.
 pub const LONGEST: usize = 0x1_00FF;
@@ -30,6 +31,10 @@ pub struct Kind {
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
     pub sign: (usize, Vec<u8>),
+    /// The patterns of the frame's text. A frame with several patterns has values of each.
+    pub texts: Vec<Pattern>,
+    /// The index of the first byte of the frame's text. The text ends before the last [`from_end`](Self::from_end) bytes.
+    pub text_at: usize,
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
     /// The numbers and names of messages, in ascending order of the numbers.

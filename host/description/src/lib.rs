@@ -54,8 +54,10 @@ mod kind;
 mod layouts;
 mod mavlink_xml;
 mod messages;
+mod notation;
 mod number;
 mod packets;
+mod pattern;
 mod problem;
 mod read;
 mod read_field;
@@ -76,7 +78,9 @@ pub use field::{Field, Type};
 pub use item::Item;
 pub use kind::{Kind, LONGEST, Part};
 pub use layouts::Layouts;
+pub use notation::Notation;
 pub use number::{Class, NumberType};
+pub use pattern::{Pattern, PatternValue, TextPlace};
 pub use problem::{
     EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName,
 };

@@ -15,8 +15,10 @@ pub enum Value<'a> {
     Unsigned(u64),
     /// A signed number.
     Signed(i64),
-    /// A floating-point number.
+    /// A floating-point number of 32 bits.
     Float(f32),
+    /// A floating-point number of 64 bits.
+    Double(f64),
     /// A decimal number: its digits, and the number of digits after the decimal point.
     Decimal(i128, u32),
     /// Bytes, shown in hex.
@@ -41,6 +43,7 @@ impl Value<'_> {
             // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. After a conversion to 64 bits, 0.1 would
             // be written as 0.10000000149011612.
             Self::Float(number) => write!(row, "{number:?}").expect("a vector takes any text"),
+            Self::Double(number) => write!(row, "{number:?}").expect("a vector takes any text"),
             Self::Decimal(number, decimals) => append_decimal(*number, *decimals, row),
             Self::Bytes(bytes) => {
                 // The prefix is `x`. Without a prefix, some programs would read 0600 and 1E05 as numbers. With the
@@ -59,14 +62,17 @@ impl Value<'_> {
         }
     }
 
-    /// Appends the value as JSON. JSON has neither NaN nor infinities. Writes `null` for NaN, and 1e39 for infinity,
-    /// because 1e39 exceeds the range of 32-bit numbers.
+    /// Appends the value as JSON. JSON has neither NaN nor infinities. Writes `null` for NaN, and for infinity a number
+    /// that exceeds the range: 1e39 for 32-bit numbers, 1e309 for 64-bit numbers.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
         match self {
             Self::Bytes(_) | Self::Text(_) => {
                 serde_json::to_writer(row, &self.to_string()).expect("a vector takes any text");
             }
+            Self::Double(number) if number.is_nan() => row.extend(b"null"),
+            Self::Double(f64::INFINITY) => row.extend(b"1e309"),
+            Self::Double(f64::NEG_INFINITY) => row.extend(b"-1e309"),
             Self::Float(number) if number.is_nan() => row.extend(b"null"),
             Self::Float(f32::INFINITY) => row.extend(b"1e39"),
             Self::Float(f32::NEG_INFINITY) => row.extend(b"-1e39"),
