@@ -8,52 +8,44 @@
 //! <https://mavlink.io/en/guide/xml_schema.html>.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
-use std::ops::{Range, RangeInclusive};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
-use crate::problem::{Located, Mistake, Problem};
+use crate::problem::ReadError;
 use crate::{read_text, shipped};
 
-/// The types of values in a definition, and the types of the same values in a description.
-const TYPES: [&str; 11] = [
-    "char", "uint8_t", "int8_t", "uint16_t", "int16_t", "uint32_t", "int32_t", "float", "uint64_t",
-    "int64_t", "double",
-];
-const OWN_TYPES: [&str; 11] = [
-    "text", "u8", "i8", "u16le", "i16le", "u32le", "i32le", "f32le", "u64le", "i64le", "f64le",
-];
+/// The types of values in a definition, each with the same type of a description.
+const TYPES: &str = "char text, uint8_t u8, uint8_t_mavlink_version u8, int8_t i8, uint16_t u16le, int16_t i16le, \
+    uint32_t u32le, int32_t i32le, uint64_t u64le, int64_t i64le, float f32le, double f64le";
+
+/// Units of whole numbers in a definition, each with the factor and the unit in the description. Other units stay.
+const UNITS: &str = "degE7 1e-7 deg, degE5 1e-5 deg, cdeg 0.01 deg, cdeg/s 0.01 deg/s, ddeg/s 0.1 deg/s, cdegC 0.01 degC, \
+    mrad/s 0.001 rad/s, dam 10 m, dm 0.1 m, cm 0.01 m, mm 0.001 m, dm/s 0.1 m/s, cm/s 0.01 m/s, mm/s 0.001 m/s, cV 0.01 V, \
+    mV 0.001 V, cA 0.01 A, mA 0.001 A, d% 0.1 %, c% 0.01 %, mgauss 0.001 gauss, cs 0.01 s, ds 0.1 s";
+
+/// Names of numbers in a definition.
+const NUMBERS: &str = "UINT8_MAX 255, UINT16_MAX 65535, UINT32_MAX 4294967295, UINT64_MAX 18446744073709551615, INT8_MAX \
+    127, INT16_MAX 32767, INT32_MAX 2147483647, INT64_MAX 9223372036854775807, UINT8_MIN 0, UINT16_MIN 0, UINT32_MIN 0, \
+    UINT64_MIN 0, INT8_MIN -128, INT16_MIN -32768, INT32_MIN -2147483648, INT64_MIN -9223372036854775808";
 
 /// The names of columns that every frame has. A field with such a name gets an underscore at its end.
-const TAKEN: [&str; 10] = [
-    "offset",
-    "length",
-    "time",
-    "kind",
-    "sequence",
-    "system",
-    "component",
-    "message",
-    "signature",
-    "compatible_flags",
-];
-
-/// The units in which whole numbers are shown. A definition may have tenths, hundredths or thousandths of them.
-const UNITS: [&str; 10] = [
-    "deg", "deg/s", "degC", "rad/s", "m", "m/s", "V", "A", "%", "gauss",
-];
-
-/// The rule that an element named "message" must obey.
-const RULE: &str = "a message of MAVLink has a name, an id that no other message has, and fields of at most 255 bytes. A \
-    field has a name and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]";
+const TAKEN: &str =
+    " offset length time kind sequence system component message signature compatible_flags ";
 
 /// The messages and the enums of a definition and of the definitions that it includes.
 #[derive(Default)]
 struct Definition<'d> {
     messages: BTreeMap<u32, Message<'d>>,
-    enums: Vec<Node<'d, 'd>>,
+    enums: HashMap<&'d str, Enum<'d>>,
+}
+
+#[derive(Default)]
+struct Enum<'d> {
+    /// Whether values are sums of entries.
+    is_bitmask: bool,
+    entries: BTreeMap<i64, &'d str>,
 }
 
 struct Message<'d> {
@@ -66,77 +58,83 @@ struct Message<'d> {
 
 struct Field<'d> {
     name: &'d str,
-    /// The type of the values in the definition, and in a description.
+    /// The type of the values in the definition.
     element: &'d str,
+    /// The type of the values in the description.
     class: &'static str,
+    /// The number of bytes in a value.
+    bytes: usize,
     /// The number of values in an array.
     count: Option<u8>,
     node: Node<'d, 'd>,
 }
 
 /// Returns the description of the messages in a definition. `text` is the text of the file at `path`.
-pub(crate) fn description(path: &Path, text: String) -> Result<String, Problem> {
-    let mut files = Vec::new();
-    add_file(&mut files, path, text)?;
-    let parsed = files.iter().map(|(path, text)| parse(path, text));
-    let documents = parsed.collect::<Result<Vec<_>, _>>()?;
+pub(crate) fn description(path: &Path, text: &str) -> Result<String, ReadError> {
+    let (mut files, mut all) = (HashSet::new(), String::new());
+    add_file(&mut files, &mut all, path, text)?;
+    let all = format!("<all>{all}</all>");
+    let document = parse(path, &all)?;
     let mut definition = Definition::default();
-    for (document, (path, text)) in documents.iter().zip(&files) {
-        for node in document.descendants() {
-            match node.tag_name().name() {
-                "enum" => definition.enums.push(node),
-                "message" if definition.add_message(node).is_none() => {
-                    return Err(problem(path, text, node.range(), RULE.into()));
-                }
-                _ => {}
+    for node in document.descendants() {
+        match node.tag_name().name() {
+            "enum" => definition.add_enum(node),
+            "message" if definition.add_message(node).is_none() => {
+                return Err(ReadError::Message {
+                    file: path.display().to_string(),
+                    name: node.attribute("name").unwrap_or_default().to_owned(),
+                });
             }
+            _ => {}
         }
     }
-    let name = path.file_name().unwrap_or_default().display();
-    let begin = format!("# The messages of {name} and of the files that it includes\n");
-    Ok([begin, definition.kind(2), definition.kind(1)].concat())
+    let name = path.file_name().unwrap_or_default();
+    let first = format!("# MAVLink 2 and 1 with the messages of {name:?}\n");
+    Ok([first, definition.kind(2), definition.kind(1)].concat())
 }
 
-/// Adds a file and the files that it includes. Files may include each other in a circle.
-fn add_file(files: &mut Vec<(PathBuf, String)>, path: &Path, text: String) -> Result<(), Problem> {
-    let path = path.canonicalize().unwrap_or(path.into());
-    if files.iter().any(|(other, _)| *other == path) {
+/// Appends the elements of a file and of the files that it includes. Files may include each other in a circle.
+fn add_file(
+    files: &mut HashSet<PathBuf>,
+    all: &mut String,
+    path: &Path,
+    text: &str,
+) -> Result<(), ReadError> {
+    if !files.insert(path.canonicalize().unwrap_or(path.into())) {
         return Ok(());
     }
-    files.push((path.clone(), text.clone()));
-    let document = parse(&path, &text)?;
-    let includes = document.descendants();
-    for node in includes.filter(|node| node.has_tag_name("include")) {
+    let document = parse(path, text)?;
+    *all += &text[document.root_element().range()];
+    let nodes = document.descendants();
+    for node in nodes.filter(|node| node.has_tag_name("include")) {
         let included = path.with_file_name(node.text().unwrap_or_default().trim());
-        let own = read_text(&included).map_err(|error| {
-            let mistake = Mistake::Include(error.to_string());
-            problem(&path, &text, node.range(), mistake)
-        })?;
-        add_file(files, &included, own)?;
+        add_file(files, all, &included, &read_text(&included)?)?;
     }
     Ok(())
 }
 
-fn parse<'d>(path: &Path, text: &'d str) -> Result<Document<'d>, Problem> {
-    Document::parse(text).map_err(|error| {
-        let lines = text
-            .split_inclusive('\n')
-            .take(error.pos().row as usize - 1);
-        let start = lines.map(str::len).sum();
-        problem(path, text, start..start, Mistake::Toml(error.to_string()))
-    })
-}
-
-fn problem(path: &Path, text: &str, span: Range<usize>, mistake: Mistake) -> Problem {
-    Problem::within(
-        &path.display().to_string(),
-        text,
-        Located::new(span, mistake),
-    )
+fn parse<'d>(path: &Path, text: &'d str) -> Result<Document<'d>, ReadError> {
+    let name = path.display().to_string();
+    Document::parse(text).map_err(|error| ReadError::Xml { name, error })
 }
 
 impl<'d> Definition<'d> {
-    /// Adds a message. Returns `None` if the message does not obey the rule.
+    /// Adds the entries of an enum. Several files may have entries of one enum.
+    fn add_enum(&mut self, node: Node<'d, 'd>) {
+        let name = node.attribute("name").unwrap_or_default();
+        let all = self.enums.entry(name).or_default();
+        all.is_bitmask |= node.attribute("bitmask") == Some("true");
+        let mut next = 0;
+        for entry in node.children() {
+            let value = entry.attribute("value").map_or(Some(next), whole);
+            if let (Some(value), Some(name)) = (value, entry.attribute("name")) {
+                all.entries.entry(value).or_insert(name);
+                next = value.saturating_add(1);
+            }
+        }
+    }
+
+    /// Adds a message. Returns `None` if the message is not valid, or if another message has its number.
     fn add_message(&mut self, node: Node<'d, 'd>) -> Option<()> {
         let (mut fields, mut base) = (Vec::new(), None);
         for child in node.children() {
@@ -147,11 +145,12 @@ impl<'d> Definition<'d> {
             }
         }
         let base = base.unwrap_or(fields.len());
-        fields[..base].sort_by_key(|field| Reverse(bytes(field.class)));
+        fields[..base].sort_by_key(|field| Reverse(field.bytes));
         let number = node.attribute("id")?.parse().ok()?;
-        let name = word(node)?;
+        let name = node.attribute("name")?;
         let is_short = length(&fields) <= 255;
-        let other = self.messages.insert(number, Message { name, fields, base });
+        let message = Message { name, fields, base };
+        let other = self.messages.insert(number, message);
         (is_short && other.is_none()).then_some(())
     }
 
@@ -160,22 +159,17 @@ impl<'d> Definition<'d> {
         let (at, width, first) = if version == 1 { (5, 1, 6) } else { (7, 3, 10) };
         let (mut known, mut views) = (String::new(), String::new());
         for (number, message) in self.messages.range(..1 << (8 * width)) {
-            let Message { name, fields, base } = message;
-            let base = &fields[..*base];
-            // Later definitions may extend the messages of MAVLink 2. Those of MAVLink 1 have one length.
-            let (fields, longest) = match version {
-                1 => (base, format!(", {}", length(base))),
-                _ => (&**fields, String::new()),
-            };
-            known += &format!("[{number}, {}{longest}], ", extra(name, base));
-            let bytes = number.to_le_bytes().map(|byte| format!("{byte:02X}"));
-            let bytes = bytes[..width].join(" ");
-            views += &format!(
-                "\n[[kinds.views]]\nname = \"{name}\"\nat = {at}\nbytes = \"{bytes}\"\nfields = [\n"
-            );
+            let (name, base) = (message.name, &message.fields[..message.base]);
+            let fields = if version == 1 { base } else { &message.fields };
+            // Without a largest length, because later definitions may add extensions to a message.
+            known += &format!("\n    [{number}, {}],", extra(name, base));
+            let bytes = &number.to_le_bytes()[..width];
+            let bytes: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+            views += &format!("\n[[kinds.views]]\nname = {name:?}\nat = {at}\n");
+            views += &format!("bytes = {bytes:?}\nfields = [\n");
             for (index, field) in fields.iter().enumerate() {
                 let at = first + length(&fields[..index]);
-                views += &format!("    {{ {} }},\n", self.entry(field, at).join(", "));
+                views += &format!("    {{ {} }},\n", self.keys(field, at).join(", "));
             }
             views += "]\n";
         }
@@ -183,126 +177,56 @@ impl<'d> Definition<'d> {
             return known;
         }
         let name = format!("mavlink{version}");
-        let shipped = shipped(&name).expect("both versions are shipped").lines();
-        let parts = shipped.take_while(|line| *line != "[[views]]");
-        let parts: Vec<&str> = parts.filter(|line| !line.starts_with('#')).collect();
-        let known = format!("[{known}]");
-        let parts = parts.join("\n").replace("\"ardupilotmega\"", &known);
-        format!("\n[[kinds]]\nname = \"{name}\"\n{parts}\n{views}")
+        let shipped = shipped(&name).expect("both versions are shipped");
+        let (parts, _) = shipped.split_once("\n# The values").expect("views follow");
+        let parts = parts.replace("known = \"ardupilotmega\"", &format!("known = [{known}\n]"));
+        format!("\n[[kinds]]\nname = {name:?}\n{parts}{views}")
     }
 
     /// Returns the keys of a field in a description.
-    fn entry(&self, field: &Field, at: usize) -> Vec<String> {
-        let is_taken = TAKEN.contains(&&*field.name.to_lowercase());
-        let name = format!(
-            "name = \"{}{}\"",
-            field.name,
-            if is_taken { "_" } else { "" }
-        );
-        let mut keys = vec![
-            name,
-            format!("at = {at}"),
-            format!("type = \"{}\"", field.class),
-        ];
-        let count = field.count.or((field.class == "text").then_some(1));
+    fn keys(&self, field: &Field, at: usize) -> Vec<String> {
+        let is_taken = TAKEN.contains(&format!(" {} ", field.name.to_lowercase()));
+        let (name, end) = (field.name, if is_taken { "_" } else { "" });
+        let (class, is_text) = (field.class, field.class == "text");
+        let place = format!("name = \"{name}{end}\", at = {at}, type = {class:?}");
+        let mut keys = vec![place];
+        let count = field.count.or(is_text.then_some(1));
         keys.extend(count.map(|count| format!("count = {count}")));
-        if field.class == "text" {
+        if is_text {
             keys.push("padding = \"00\"".to_owned());
             return keys;
         }
         let (scale, unit) = field.scale_and_unit();
-        keys.extend(scale.map(|scale| format!("scale = {scale}")));
+        keys.extend(scale.map(|scale| format!("scale = {scale:?}")));
         keys.extend(unit.map(|unit| format!("unit = {unit:?}")));
-        keys.extend(
-            self.missing(field)
-                .map(|missing| format!("missing = {missing}")),
-        );
-        let names = self.names(field);
-        if !names.is_empty() {
-            keys.push(format!("names = {{ {} }}", names.join(", ")));
+        let own = field.node.attribute("enum");
+        let own = own.and_then(|name| self.enums.get(name));
+        let missing = field.missing(own);
+        keys.extend(missing.map(|missing| format!("missing = {missing}")));
+        let is_bitmask = field.node.attribute("display") == Some("bitmask");
+        if let Some(own) = own.filter(|own| !own.is_bitmask && !is_bitmask && !field.is_float()) {
+            let names = own.entries.iter();
+            let names = names.map(|(value, name)| format!("{value} = {name:?}"));
+            let names = names.collect::<Vec<_>>().join(", ");
+            keys.push(format!("names = {{ {names} }}"));
         }
         keys
-    }
-
-    /// Returns the names of a field's values. The values of a bitmask have no names, because each is a sum of entries.
-    fn names(&self, field: &Field) -> Vec<String> {
-        let is_bitmask = |node: &Node| node.attribute("bitmask") == Some("true");
-        if field.is_float()
-            || field.node.has_attribute("display")
-            || self.enums_of(field).any(is_bitmask)
-        {
-            return Vec::new();
-        }
-        let entries = self.entries(field);
-        let names = entries.range(range(field.class));
-        names
-            .map(|(value, name)| format!("{value} = \"{name}\""))
-            .collect()
-    }
-
-    /// Returns the value of a field that means that there is no value.
-    fn missing(&self, field: &Field) -> Option<String> {
-        let text = field.node.attribute("invalid")?;
-        let text = match field.count {
-            Some(_) => text.strip_prefix('[')?.strip_suffix(']')?,
-            None => text,
-        };
-        // `[x:]` marks each value of an array. `[x]` marks the first value for all, so a 0 among the others is a number.
-        let each = text.strip_suffix(':');
-        if each.is_none() && field.count.is_some() && text == "0" {
-            return None;
-        }
-        let text = each.unwrap_or(text);
-        let entries = self.entries(field);
-        let named = || {
-            entries
-                .iter()
-                .find(|(_, name)| **name == text)
-                .map(|(value, _)| *value)
-        };
-        match whole(text).or_else(|| limit(text)).or_else(named) {
-            Some(value) if field.is_float() || range(field.class).contains(&value) => {
-                Some(value.to_string())
-            }
-            None if field.is_float() => text
-                .parse::<f64>()
-                .ok()
-                .map(|value| format!("{value:?}").to_lowercase()),
-            _ => None,
-        }
-    }
-
-    /// Returns the entries of a field's enum, of which several files may have a part.
-    fn entries(&self, field: &Field) -> BTreeMap<i128, &str> {
-        let (mut entries, mut next) = (BTreeMap::new(), 0);
-        for entry in self.enums_of(field).flat_map(|node| node.children()) {
-            let value = entry.attribute("value").map_or(Some(next), whole);
-            if let (Some(value), Some(name)) = (value, word(entry)) {
-                entries.entry(value).or_insert(name);
-                next = value + 1;
-            }
-        }
-        entries
-    }
-
-    fn enums_of(&self, field: &Field) -> impl Iterator<Item = &Node<'d, 'd>> {
-        let name = field.node.attribute("enum");
-        let is_own = move |node: &&Node| name.is_some() && node.attribute("name") == name;
-        self.enums.iter().filter(is_own)
     }
 }
 
 impl<'d> Field<'d> {
     fn read(node: Node<'d, 'd>) -> Option<Self> {
-        let text = node.attribute("type")?;
-        let array = text.strip_suffix(']').and_then(|text| text.split_once('['));
-        let (element, count) = array.unwrap_or((text, "1"));
-        let element = element.trim_end_matches("_mavlink_version");
+        let name = node.attribute("type")?;
+        let array = name.strip_suffix(']').and_then(|name| name.split_once('['));
+        let (element, count) = array.unwrap_or((name, "1"));
         let count = count.parse::<u8>().ok()?;
+        let class = row(TYPES, element)?;
+        let bits = class.trim_matches(|c: char| c.is_alphabetic());
         Some(Self {
-            name: word(node)?,
-            element,
-            class: class(element)?,
+            name: node.attribute("name")?,
+            element: element.trim_end_matches("_mavlink_version"),
+            class,
+            bytes: bits.parse().map_or(1, |bits: usize| bits / 8),
             count: array.map(|_| count),
             node,
         })
@@ -313,107 +237,70 @@ impl<'d> Field<'d> {
     }
 
     /// Returns the factor and the unit of a number. A whole number in cdeg, for example, is shown in deg.
-    fn scale_and_unit(&self) -> (Option<&'d str>, Option<&'d str>) {
+    fn scale_and_unit(&self) -> (Option<f64>, Option<&'d str>) {
         let unit = self.node.attribute("units");
-        if let Some(factor) = self.node.attribute("multiplier") {
-            // A factor such as 360/255 is no decimal number.
-            let is_shown = factor.parse::<f64>().is_ok() && !self.is_float();
-            return (is_shown.then_some(factor), unit.filter(|_| is_shown));
+        let unit = unit.filter(|unit| !unit.contains(char::is_whitespace));
+        let multiplier = self.node.attribute("multiplier").map(str::parse);
+        let scaled = unit.and_then(|unit| row(UNITS, unit)?.split_once(' '));
+        match (multiplier, scaled) {
+            (None, Some((factor, unit))) if !self.is_float() => (factor.parse().ok(), Some(unit)),
+            (None, _) => (None, unit),
+            (Some(Ok(factor)), _) if !self.is_float() => (Some(factor), unit),
+            // A factor such as 360/255 is no decimal number. Without it, the unit would be wrong.
+            (Some(_), _) => (None, None),
         }
-        let scaled = || {
-            let (prefix, base) = unit?.split_at_checked(1)?;
-            let factor = match (prefix, base) {
-                ("d", "egE5") => return Some(("1e-5", "deg")),
-                ("d", "egE7") => return Some(("1e-7", "deg")),
-                ("d", _) => "0.1",
-                ("c", _) => "0.01",
-                ("m", _) => "0.001",
-                _ => return None,
-            };
-            UNITS.contains(&base).then_some((factor, base))
+    }
+
+    /// Returns the number that means that there is no value. `own` is the field's enum.
+    fn missing(&self, own: Option<&Enum>) -> Option<String> {
+        let text = self.node.attribute("invalid")?;
+        let text = match self.count {
+            Some(_) => text.strip_prefix('[')?.strip_suffix(']')?,
+            None => text,
         };
-        match scaled().filter(|_| !self.is_float()) {
-            Some((factor, unit)) => (Some(factor), Some(unit)),
-            None => (None, unit),
+        // `[x:]` marks each value of an array. `[x]` marks the first value for all, so a 0 among the others is a number.
+        if self.count.is_some() && text == "0" {
+            return None;
         }
+        let text = text.trim_end_matches(':');
+        let named = || own?.entries.iter().find(|(_, name)| **name == text);
+        let whole = || whole(text).or_else(|| Some(*named()?.0));
+        let float = || text.parse::<f64>().ok().filter(|_| self.is_float());
+        let number = row(NUMBERS, text).map(str::to_owned);
+        let number = number.or_else(|| Some(whole()?.to_string()));
+        number.or_else(|| Some(format!("{:?}", float()?).to_lowercase()))
     }
 }
 
-/// Returns the type in a description that has the values of a type in a definition.
-fn class(element: &str) -> Option<&'static str> {
-    let index = TYPES.iter().position(|own| *own == element)?;
-    Some(OWN_TYPES[index])
+/// Returns the rest of the row that begins with this name.
+fn row(table: &'static str, name: &str) -> Option<&'static str> {
+    let mut rows = table.split(", ").filter_map(|row| row.split_once(' '));
+    rows.find(|(first, _)| *first == name).map(|(_, rest)| rest)
 }
 
-/// Returns the number of bytes in a value.
-fn bytes(class: &str) -> usize {
-    let bits = class.trim_matches(|c: char| c.is_ascii_alphabetic());
-    bits.parse::<usize>().map_or(1, |bits| bits / 8)
-}
-
-/// Returns the range of a whole number's values.
-fn range(class: &str) -> RangeInclusive<i128> {
-    let bits = 8 * bytes(class);
-    if class.starts_with('i') {
-        -1 << (bits - 1)..=(1 << (bits - 1)) - 1
-    } else {
-        0..=(1 << bits) - 1
-    }
-}
-
-/// Returns the greatest number of a type, as in `UINT16_MAX`, or the least, as in `INT8_MIN`.
-fn limit(text: &str) -> Option<i128> {
-    let (element, end) = text.rsplit_once('_')?;
-    let range = range(class(&(element.to_lowercase() + "_t"))?);
-    Some(if end == "MIN" {
-        *range.start()
-    } else {
-        *range.end()
-    })
-}
-
-/// Reads a whole number, such as 12, 0xFF, 0b11 or 2**4.
-fn whole(text: &str) -> Option<i128> {
-    let number = |digits: &str, radix| i128::from_str_radix(digits, radix).ok();
-    match (text.get(..2), text.split_once("**")) {
-        (Some("0x"), _) => number(&text[2..], 16),
-        (Some("0b"), _) => number(&text[2..], 2),
-        (_, Some((base, exponent))) => number(base, 10)?.checked_pow(exponent.parse().ok()?),
-        _ => number(text, 10),
+/// Reads a whole number, such as 12 or 0xFF.
+fn whole(text: &str) -> Option<i64> {
+    match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
     }
 }
 
 /// Returns the number of bytes in fields.
 fn length(fields: &[Field]) -> usize {
-    let bytes = |field: &Field| bytes(field.class) * usize::from(field.count.unwrap_or(1));
+    let bytes = |field: &Field| field.bytes * usize::from(field.count.unwrap_or(1));
     fields.iter().map(bytes).sum()
 }
 
 /// Returns CRC_EXTRA, a checksum of the definition of a message. It covers the fields that are not extensions.
 fn extra(name: &str, fields: &[Field]) -> u8 {
     let mut covered = format!("{name} ").into_bytes();
-    for Field {
-        name,
-        element,
-        count,
-        ..
-    } in fields
-    {
-        covered.extend(format!("{element} {name} ").bytes());
-        covered.extend(count);
+    for field in fields {
+        covered.extend(format!("{} {} ", field.element, field.name).bytes());
+        covered.extend(field.count);
     }
     let bit = |crc: u16| (crc >> 1) ^ if crc & 1 == 1 { 0x8408 } else { 0 };
-    let crc = covered.iter().fold(0xFFFF, |crc, byte| {
-        (0..8).fold(crc ^ u16::from(*byte), |crc, _| bit(crc))
-    });
-    let [low, high] = crc.to_le_bytes();
+    let byte = |crc: u16, byte: u8| (0..8).fold(crc ^ u16::from(byte), |crc, _| bit(crc));
+    let [low, high] = covered.into_iter().fold(0xFFFF, byte).to_le_bytes();
     low ^ high
-}
-
-/// Returns the attribute `name` if the name begins with a letter and has only letters, digits and underscores.
-fn word<'d>(node: Node<'d, 'd>) -> Option<&'d str> {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let name = node.attribute("name")?;
-    (name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_plain))
-        .then_some(name)
 }

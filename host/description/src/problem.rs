@@ -72,15 +72,12 @@ impl From<toml::de::Error> for Located {
 /// A mistake in a description.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Mistake {
-    /// The text is neither TOML nor XML, a table lacks a key or has an unknown one, or a value has the wrong type.
+    /// The text is not TOML, a table lacks a key or has an unknown one, or a value has the wrong type.
     #[error("{0}")]
     Toml(String),
     /// An entry breaks a rule, or contradicts another entry.
     #[error("{0}")]
     Rule(&'static str),
-    /// A file that a definition includes cannot be read.
-    #[error("{0}")]
-    Include(String),
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
@@ -225,9 +222,25 @@ pub enum ReadError {
     /// The file is not text.
     #[error("{0} is not text: a description is a TOML file")]
     NotText(String),
-    /// MAVLink's definition in the file has a mistake.
-    #[error(transparent)]
-    Definition(#[from] Problem),
+    /// The file begins like XML, but is not XML.
+    #[error("{name}: {error}")]
+    Xml {
+        /// The name of the file.
+        name: String,
+        /// The error of the parser.
+        error: roxmltree::Error,
+    },
+    /// A message of MAVLink's definition has a mistake.
+    #[error(
+        "{file}, message {name}: a message has a name, an id that no other message has, and fields of at most 255 bytes; a \
+         field has a name, and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]"
+    )]
+    Message {
+        /// The name of the file, which may include the file of the message.
+        file: String,
+        /// The name of the message.
+        name: String,
+    },
 }
 
 /// Values that no frame has.
