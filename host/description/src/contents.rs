@@ -5,17 +5,19 @@ use std::ops::Range;
 
 use crate::field::{Field, Type};
 use crate::kind::Kind;
-use crate::number::{Class, ones};
+use crate::notation::{Notation, bcd, hex_digits};
+use crate::number::{Class, NumberType, ones};
 use crate::value::Value;
 
 impl Kind {
     /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
+    /// is too short, and fields whose value is missing. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
         let fields = self.varying_fields();
-        fields.filter_map(move |field| Some((field, contents.of(field)?)))
+        let present = fields.filter_map(move |field| Some((field, contents.of(field)?)));
+        present.filter(|(field, content)| field.is_array() || content.value() != Value::Missing)
     }
 
     /// Returns the parts of a frame, for reading many fields.
@@ -49,28 +51,47 @@ pub struct Contents<'f> {
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the content of a field; `None` if the frame is too short to contain the field. Zeros that the sender has
-    /// left out count as present.
+    /// Returns the content of a field; `None` if the frame has none of the field's values, or its text differs from the
+    /// pattern before the value. Zeros that the sender has left out count as present.
     #[inline]
     #[must_use]
     pub fn of(&self, field: &'f Field) -> Option<Content<'f>> {
         match field.bytes(self.alone, self.length) {
-            Some(bytes) if field.is_simple() => Some(Content { field, bytes }),
+            Some(bytes) if field.prepared.is_simple => Some(Content {
+                field,
+                bytes,
+                values: field.prepared.values,
+            }),
             _ => self.of_rarer(field),
         }
     }
 
     #[inline(never)]
     fn of_rarer(&self, field: &'f Field) -> Option<Content<'f>> {
-        let bytes = if field.is_appended {
-            field.bytes(self.appended, self.appended.len())
+        let (frame, length) = if field.is_appended {
+            (self.appended, self.appended.len())
         } else {
-            let cut = || field.first_bytes(self.alone, self.length);
-            let bytes = field.bytes(self.alone, self.length);
-            bytes.or_else(|| self.kind.has_truncated_zeros.then(cut)?)
+            (self.alone, self.length)
         };
-        let bytes = field.item(bytes?)?;
-        Some(Content { field, bytes })
+        let (bytes, values) = match field.bytes(frame, length) {
+            Some(bytes) => (bytes, field.prepared.values),
+            None if self.kind.has_truncated_zeros && !field.is_appended => {
+                (field.first_bytes(frame, length)?, field.prepared.values)
+            }
+            None => {
+                let (values, range) = field.present(length);
+                (frame.get(range).filter(|_| values > 0)?, values)
+            }
+        };
+        let bytes = match field.text {
+            Some(place) => self.kind.texts[place.pattern].find(bytes, place.value)?,
+            None => bytes,
+        };
+        Some(Content {
+            field,
+            bytes,
+            values,
+        })
     }
 }
 
@@ -79,6 +100,7 @@ impl<'f> Contents<'f> {
 pub struct Content<'f> {
     field: &'f Field,
     bytes: &'f [u8],
+    values: usize,
 }
 
 impl<'f> Content<'f> {
@@ -89,29 +111,14 @@ impl<'f> Content<'f> {
         self.field.value(self.bytes, 0)
     }
 
-    /// Returns the value, or each value of an array.
+    /// Returns the value, or each value of an array that the frame has.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
-        self.field.values_in(self.bytes)
+        (0..self.values).map(move |number| self.field.value(self.bytes, number))
     }
 }
 
 impl Field {
-    /// Returns true if the field is neither an item nor the trailer.
-    #[inline]
-    pub(crate) fn is_simple(&self) -> bool {
-        self.item.is_none() && !self.is_appended
-    }
-
-    /// Returns the part of the field's bytes that contains the value; `None` if the field is an item without a value.
-    #[inline]
-    pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
-        match self.item {
-            Some(item) => item.part(bytes),
-            None => Some(bytes),
-        }
-    }
-
     /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. Positions relative
     /// to the end are counted from `length`.
     #[inline]
@@ -139,15 +146,9 @@ impl Field {
         frame.get(place.start.min(end)..place.end.min(end))
     }
 
-    /// Reads the field's values from its bytes.
-    #[inline]
-    pub(crate) fn values_in<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
-        (0..self.prepared.values).map(|number| self.value(bytes, number))
-    }
-
     /// Reads one of the field's values from its bytes.
     #[inline]
-    pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+    pub(crate) fn value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         if let ([byte], true) = (bytes, self.prepared.is_plain) {
             return Value::Unsigned((*byte).into());
         }
@@ -155,7 +156,7 @@ impl Field {
     }
 
     #[inline(never)]
-    fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+    fn any_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
         // a single call before the match.
         let own = || {
@@ -163,11 +164,9 @@ impl Field {
             // Treat bytes that the sender has left out as zero.
             &bytes[start.min(bytes.len())..end.min(bytes.len())]
         };
-        if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
-            return value;
-        }
         match self.kind {
-            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
+            Type::Number(kind) if self.notation == Notation::Hex => self.of_hex(kind, own()),
+            Type::Number(kind) => self.of_bits(self.notation, kind.bits(own())),
             Type::Bits { first, width } => {
                 let shift = (first + number * width) % 8;
                 let bits = match own() {
@@ -183,32 +182,101 @@ impl Field {
                         (all >> shift) as u64
                     }
                 };
-                self.of_bits(Class::Unsigned, bits & ones(width))
+                self.of_bits(self.notation, bits & ones(width))
             }
             Type::Bytes => Value::Bytes(bytes),
-            Type::Text => Value::Text(bytes),
+            Type::Text => self.of_text(bytes),
         }
     }
 
-    /// Returns the value that these bits represent.
-    fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
+    /// Returns the value of hex digits. The digits of each byte are in the order of the bytes.
+    fn of_hex<'a>(&'a self, kind: NumberType, digits: &[u8]) -> Value<'a> {
+        let mut bytes = [0; 8];
+        for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {
+            match hex_digits(pair).and_then(|number| u8::try_from(number).ok()) {
+                Some(number) => *byte = number,
+                None => return Value::Missing,
+            }
+        }
+        let notation = match kind.class {
+            Class::Signed => Notation::Signed,
+            _ => Notation::Unsigned,
+        };
+        self.of_bits(notation, kind.bits(&bytes[..kind.bytes]))
+    }
+
+    /// Returns the text without its padding, or the number in the text.
+    fn of_text<'a>(&'a self, mut bytes: &'a [u8]) -> Value<'a> {
+        while let Some((last, rest)) = bytes.split_last()
+            && Some(*last) == self.padding
+        {
+            bytes = rest;
+        }
+        match self.notation.read(bytes) {
+            Some(text @ Value::Text(_)) => text,
+            Some(number) => self.meaning(number),
+            None => Value::Missing,
+        }
+    }
+
+    /// Returns the value that these bits represent in a notation.
+    fn of_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
         let bits = match self.mask {
             Some(mask) => (bits & mask) >> mask.trailing_zeros(),
             None => bits,
         };
-        let value = match class {
-            Class::Unsigned => Value::Unsigned(bits),
-            Class::Signed => {
-                let unused = self.prepared.unused;
-                Value::Signed((bits << unused).cast_signed() >> unused)
+        let unused = self.prepared.unused;
+        let value = match notation {
+            Notation::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
+            Notation::SignMagnitude => {
+                let sign = 1 << (63 - unused);
+                let magnitude = (bits & !sign).cast_signed();
+                Value::Signed(if bits & sign == 0 {
+                    magnitude
+                } else {
+                    -magnitude
+                })
             }
-            Class::Float if self.prepared.unused == 0 => Value::Double(f64::from_bits(bits)),
-            #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
-            Class::Float => Value::Float(f32::from_bits(bits as u32)),
+            Notation::Bcd => match bcd(bits) {
+                Some(number) => Value::Unsigned(number),
+                None => return Value::Missing,
+            },
+            Notation::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
+            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
+            Notation::Float => Value::Float(f32::from_bits(bits as u32)),
+            _ => Value::Unsigned(bits),
         };
-        match &self.scale {
-            Some(scale) => scale.of(&value),
-            None => value,
+        self.meaning(value)
+    }
+
+    /// Returns the meaning of a number: its name, no value, or the scaled number.
+    #[inline]
+    fn meaning<'a>(&'a self, number: Value<'a>) -> Value<'a> {
+        if self.prepared.is_named
+            && let Some(named) = self.special_meaning(number)
+        {
+            return named;
         }
+        match &self.scale {
+            Some(scale) => scale.of(&number),
+            None => number,
+        }
+    }
+
+    #[inline(never)]
+    fn special_meaning(&self, number: Value) -> Option<Value<'_>> {
+        if self.missing.is_some_and(|missing| missing.is_same(number)) {
+            return Some(Value::Missing);
+        }
+        let (digits, decimals) = number.digits()?;
+        let unit = 10_i128.pow(decimals);
+        let whole = i64::try_from(digits / unit)
+            .ok()
+            .filter(|_| digits % unit == 0)?;
+        let place = self
+            .names
+            .binary_search_by_key(&whole, |(number, _)| *number);
+        let (_, name) = &self.names[place.ok()?];
+        Some(Value::Text(name.as_bytes()))
     }
 }

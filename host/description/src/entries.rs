@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use toml::Spanned;
 
-use crate::item::Item;
 use crate::messages::Known;
 use crate::notation::Notation;
 use crate::packets::Packets;
@@ -128,7 +128,7 @@ pub(crate) struct FieldEntry {
     pub(crate) names: Option<Spanned<BTreeMap<String, String>>>,
     pub(crate) missing: Option<Spanned<Missing>>,
     pub(crate) padding: Option<Text>,
-    pub(crate) item: Option<Spanned<Item>>,
+    pub(crate) item: Option<Spanned<IgnoredAny>>,
 }
 
 #[derive(Clone, Deserialize)]

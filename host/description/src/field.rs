@@ -1,18 +1,14 @@
-//! The fields of a frame: their positions and types, and how to read and write their values.
+//! The fields of a frame: their types, their meanings, and their positions.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use framelock_formats::layout::index;
-use serde_json::Value as Json;
 
-use crate::item::Item;
 use crate::notation::Notation;
-use crate::number::{Class, NumberType, ones};
+use crate::number::{Class, NumberType};
 use crate::pattern::TextPlace;
-use crate::problem::Misfit;
 use crate::value::{Scale, Value};
-use crate::{hex, text};
 
 /// A field of a frame.
 #[derive(Clone, Default, Debug)]
@@ -51,8 +47,6 @@ pub struct Field {
     pub allowed: Vec<u32>,
     /// If the field takes the rest of the frame: the number of bytes after the field.
     pub margin: usize,
-    /// The part of a comma-separated text that the field shows.
-    pub item: Option<Item>,
     /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
     /// Properties that are needed for each frame. They are computed once, when the description is read.
@@ -60,8 +54,9 @@ pub struct Field {
 }
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
-/// has the field; `None` if the range depends on the frame's length. `values` is the number of values. `is_plain` says
-/// whether the field's bytes are the number itself.
+/// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
+/// `is_plain` says whether the field's bytes are the number itself. `is_named` says whether some numbers have a name, or
+/// mean that there is no value. `is_simple` says whether the field is neither a part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     pub(crate) place: Option<(Range<usize>, usize)>,
@@ -69,6 +64,8 @@ pub(crate) struct Prepared {
     /// 64 minus the number of bits in a value.
     pub(crate) unused: usize,
     pub(crate) is_plain: bool,
+    pub(crate) is_named: bool,
+    pub(crate) is_simple: bool,
 }
 
 /// The type of a field.
@@ -101,13 +98,13 @@ impl Field {
         }
     }
 
-    /// Returns true if the values are text, or bytes in hex.
+    /// Returns true if tables show the values as text, or as bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
-        self.notation == Notation::Text && self.item.is_none_or(Item::is_text)
+        self.notation == Notation::Text
     }
 
-    /// Returns true if the field occupies bytes instead of numbers.
+    /// Returns true if the field consists of bytes or text. The text may be the digits of a number.
     #[must_use]
     pub fn is_bytes(&self) -> bool {
         matches!(self.kind, Type::Bytes | Type::Text)
@@ -138,7 +135,7 @@ impl Field {
         self.count.is_some() && !self.is_bytes()
     }
 
-    /// Returns the number of values.
+    /// Returns the greatest number of values.
     #[must_use]
     pub fn values(&self) -> usize {
         self.count.filter(|_| !self.is_bytes()).unwrap_or(1)
@@ -158,7 +155,7 @@ impl Field {
     /// rest of the frame.
     pub(crate) fn bits(&self) -> Option<Range<usize>> {
         Some(match self.kind {
-            Type::Number(number) => 0..8 * number.bytes * self.values(),
+            Type::Number(_) => 0..8 * self.number_bytes() * self.values(),
             Type::Bits { first, width } => first..first + width * self.values(),
             Type::Bytes | Type::Text => 0..8 * self.count?,
         })
@@ -169,8 +166,58 @@ impl Field {
     #[inline]
     pub fn length(&self) -> Option<usize> {
         match self.kind {
-            Type::Number(number) => Some(number.bytes * self.values()),
+            Type::Number(_) => Some(self.number_bytes() * self.values()),
             _ => self.bits().map(|bits| bits.end.div_ceil(8)),
+        }
+    }
+
+    /// Returns the number of bytes that a number of whole bytes occupies. In hex, each byte takes two digits.
+    #[inline]
+    fn number_bytes(&self) -> usize {
+        match (self.kind, self.notation) {
+            (Type::Number(number), Notation::Hex) => 2 * number.bytes,
+            (Type::Number(number), _) => number.bytes,
+            _ => 0,
+        }
+    }
+
+    /// Returns the number of bytes that the first `values` values occupy, including a byte that the last value shares.
+    fn bytes_of(&self, values: usize) -> usize {
+        match self.kind {
+            Type::Number(_) => self.number_bytes() * values,
+            Type::Bits { first, width } => (first + width * values).div_ceil(8),
+            Type::Bytes | Type::Text => self.count.unwrap_or(0),
+        }
+    }
+
+    /// Returns the number of values that fit into a number of bytes.
+    fn fitting(&self, bytes: usize) -> usize {
+        let all = match self.kind {
+            Type::Number(_) => bytes / self.number_bytes(),
+            Type::Bits { first, width } => (8 * bytes).saturating_sub(first) / width,
+            Type::Bytes | Type::Text => 1,
+        };
+        all.min(self.values())
+    }
+
+    /// Returns the number of values that are in a frame of `length` bytes, and their range. Only an array may have fewer
+    /// values than [`values`](Self::values).
+    #[must_use]
+    pub fn present(&self, length: usize) -> (usize, Range<usize>) {
+        let partial = || {
+            let from = usize::try_from(self.at).ok().filter(|_| self.is_array())?;
+            let count = self.fitting(length.checked_sub(from + self.margin)?);
+            Some((count, from..from + self.bytes_of(count)))
+        };
+        let whole = self.position(length).map(|range| (self.values(), range));
+        whole.or_else(partial).unwrap_or_default()
+    }
+
+    /// Returns the length of the shortest frame that has the first `values` values.
+    pub(crate) fn needs(&self, values: usize) -> usize {
+        match usize::try_from(self.at) {
+            Ok(from) => from + self.bytes_of(values) + self.margin,
+            Err(_) => self.at.unsigned_abs().into(),
         }
     }
 
@@ -179,9 +226,9 @@ impl Field {
     #[inline]
     pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
         match self.kind {
-            Type::Number(kind) => {
-                let from = number * kind.bytes;
-                from..from + kind.bytes
+            Type::Number(_) => {
+                let from = number * self.number_bytes();
+                from..from + self.number_bytes()
             }
             Type::Bits { first, width } => {
                 let first = first + number * width;
@@ -201,6 +248,11 @@ impl Field {
         Some(from + self.length().unwrap_or(rest))
     }
 
+    /// Returns the index after the first `values` values if the field is counted from the front.
+    pub(crate) fn end_of(&self, values: usize) -> Option<usize> {
+        Some(usize::try_from(self.at).ok()? + self.bytes_of(values))
+    }
+
     /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the
     /// field.
     #[must_use]
@@ -212,8 +264,9 @@ impl Field {
     }
 
     /// Ends a field that takes the rest of the frame before the frame's last `from_end` bytes. If all frames have the
-    /// same length, the field has a fixed length too. Returns false if no bytes are left for the field.
+    /// same length, the field has a fixed length too, unless it is a part of a text. Returns false if no bytes are left for the field.
     pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
+        let fixed_length = fixed_length.filter(|_| self.text.is_none());
         if let (Some(length), None) = (fixed_length, self.length()) {
             let left = length.saturating_sub(usize::from(self.at.unsigned_abs()) + from_end);
             self.count = Some(left);
@@ -223,6 +276,7 @@ impl Field {
         }
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
+        let is_named = !self.names.is_empty() || self.missing.is_some();
         self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
@@ -230,16 +284,17 @@ impl Field {
             is_plain: self.length() == Some(1)
                 && self.mask.is_none()
                 && self.scale.is_none()
-                && self.names.is_empty()
-                && self.missing.is_none()
                 && matches!(self.kind, Type::Number(_))
-                && self.notation == Notation::Unsigned,
+                && self.notation == Notation::Unsigned
+                && !is_named,
+            is_named,
+            is_simple: self.text.is_none() && !self.is_appended,
         };
         self.count != Some(0)
     }
 
     /// Returns the number of bits in a value, before applying the mask.
-    fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         match self.kind {
             Type::Number(number) => 8 * number.bytes,
             Type::Bits { width, .. } => width,
@@ -251,69 +306,6 @@ impl Field {
     #[must_use]
     pub fn value_width(&self) -> usize {
         self.mask.map_or(self.width(), width)
-    }
-
-    /// Returns the bits of a value, at the positions of the mask. The error says why the value does not fit the field.
-    pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, Misfit> {
-        let class = self.class();
-        #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
-        if class == Class::Float {
-            let nan = value.is_null().then_some(f64::NAN);
-            let number = value.as_f64().or(nan).ok_or(Misfit::Not("a number"))?;
-            return Ok((number as f32).to_bits().into());
-        }
-        let all = ones(self.width());
-        let mask = self.mask.unwrap_or(all);
-        let most = ones(width(mask));
-        let (least, most) = match class {
-            Class::Signed => (!i128::from(most >> 1), i128::from(most >> 1)),
-            _ => (0, i128::from(most)),
-        };
-        let number = match &self.scale {
-            Some(scale) => scale.number(value),
-            None => value.as_number().and_then(serde_json::Number::as_i128),
-        };
-        let is_in = |number: &i128| (least..=most).contains(number);
-        let Some(number) = number.filter(is_in) else {
-            let shown = |number: i128| match &self.scale {
-                Some(scale) => scale.text(number),
-                None => number.to_string(),
-            };
-            return Err(Misfit::NotBetween {
-                is_whole: self.scale.is_none(),
-                least: shown(least),
-                most: shown(most),
-            });
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the lowest bits are the value"
-        )]
-        let bits = (number as u64 & ones(width(mask))) << mask.trailing_zeros();
-        if bits & !mask != 0 {
-            return Err(Misfit::OutsideMask(mask));
-        }
-        Ok(bits)
-    }
-
-    /// Returns the bytes of a text, or of bytes in hex. The error says why the value does not fit the field.
-    pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, Misfit> {
-        let bytes = match self.kind {
-            Type::Bytes => {
-                let text = value.as_str();
-                let text = text.ok_or(Misfit::Not("bytes in hex, as text"))?;
-                hex::parse(&[text.strip_prefix('x').unwrap_or(text)]).map_err(Misfit::Hex)?
-            }
-            _ => text::unescaped(value.as_str().ok_or(Misfit::Not("text"))?),
-        };
-        match self.count {
-            Some(wanted) if wanted != bytes.len() => Err(Misfit::Length {
-                given: bytes.len(),
-                wanted,
-            }),
-            _ => Ok(bytes),
-        }
     }
 
     /// Calls `bit` for each bit that belongs to a value. The first argument is the position of the bit, counted from
@@ -338,9 +330,16 @@ impl Field {
             }
         }
     }
+
     /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and those of them that
     /// are 1 in a constant field. If the field takes the rest of the frame, `left` is its number of bytes.
     pub(crate) fn masks(&self, left: usize) -> BTreeMap<usize, (u8, u8)> {
+        if self.notation == Notation::Hex && !self.is_bytes() {
+            let digits = self.constant.map(|bits| self.hex_digits(bits));
+            let digit = |byte: usize| digits.as_ref().map_or(0, |digits| digits[byte]);
+            let bytes = 0..self.bytes_of(self.values());
+            return bytes.map(|byte| (byte, (0xFF, digit(byte)))).collect();
+        }
         let mut masks = BTreeMap::<usize, (u8, u8)>::new();
         let constant = self.constant.unwrap_or(0);
         self.each_bit(left, |place, _, of_value| {
@@ -356,6 +355,6 @@ impl Field {
 }
 
 /// Returns the number of bits from the lowest to the highest bit of a mask.
-fn width(mask: u64) -> usize {
+pub(crate) fn width(mask: u64) -> usize {
     (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
 }

@@ -22,14 +22,15 @@ pub struct Kind {
     pub(crate) layouts: Layouts,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
-    /// The exclusive end index of each field, in ascending order; `None` if a field takes the rest of the frame.
-    pub(crate) ends: Option<Vec<usize>>,
+    /// If this is a view: the lengths of the shortest frames that have one of the view's own fields, and all fields.
+    pub(crate) room: (usize, usize),
     /// How many bytes at the frame's end hold the terminator and all parts whose positions are counted from the end.
     pub from_end: usize,
     /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view that fits.
+    /// first view that has the frame's bytes and whose fields all fit, or else by the first of which a field fits.
     pub views: Vec<Kind>,
-    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
+    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
+    /// are no such bytes, the beginning of the frame's text identifies the frames.
     pub sign: (usize, Vec<u8>),
     /// The patterns of the frame's text. A frame with several patterns has values of each.
     pub texts: Vec<Pattern>,
@@ -133,10 +134,8 @@ impl Kind {
         let mut parts = Vec::new();
         let fields = self.fields.iter().filter(|field| !field.is_appended);
         for field in fields.filter(|field| is_whole || field.at >= 0) {
-            let Some(all) = field.position(length + if is_whole { 0 } else { field.margin }) else {
-                continue;
-            };
-            for number in 0..field.values() {
+            let (count, all) = field.present(length + if is_whole { 0 } else { field.margin });
+            for number in 0..count {
                 let bytes = field.value_bytes(number, all.len());
                 parts.push((
                     Part::Value(field, number),
@@ -245,13 +244,17 @@ impl Kind {
     /// Returns the index of the view that shows a frame; `None` if no view fits the frame's values and length.
     #[inline]
     pub(crate) fn view_of(&self, frame: &[u8]) -> Option<usize> {
-        self.views.iter().position(|view| view.shows(frame))
+        let shows = |all: fn(&Self) -> usize| {
+            let mut views = self.views.iter();
+            views.position(|view| view.shows(frame, all(view)))
+        };
+        shows(|view| view.room.1).or_else(|| shows(|view| view.room.0))
     }
 
-    /// Returns true if the frame has the view's bytes, and some field ends at the end of the frame, or takes the rest of
-    /// the frame. Zeros that the sender has left out count as present.
+    /// Returns true if the frame has the view's bytes, and room for fields that need `least` bytes. Zeros that the sender
+    /// has left out count as present.
     #[inline]
-    fn shows(&self, frame: &[u8]) -> bool {
+    fn shows(&self, frame: &[u8], least: usize) -> bool {
         let (at, bytes) = &self.sign;
         if frame.get(*at..at + bytes.len()) != Some(bytes) {
             return false;
@@ -260,25 +263,16 @@ impl Kind {
             .layout()
             .trailer
             .map_or(0, |trailer| trailer.bytes_after(frame));
-        let end = self
-            .layout()
-            .counted_length(frame)
-            .saturating_sub(trailer + self.from_end);
-        match &self.ends {
-            None => true,
-            Some(ends) if self.has_truncated_zeros => ends.last().is_some_and(|last| end <= *last),
-            Some(ends) => ends.binary_search(&end).is_ok(),
-        }
+        let length = self.layout().counted_length(frame) - trailer;
+        let has_text = bytes.is_empty() && !self.texts.is_empty();
+        (self.has_truncated_zeros || length >= least) && (!has_text || self.has_text(frame, length))
     }
 
-    pub(crate) fn ends_of_fields(&self) -> Option<Vec<usize>> {
-        let fields = self.fields.iter().filter(|field| !field.is_appended);
-        if fields.clone().any(|field| field.length().is_none()) {
-            return None;
-        }
-        let mut ends: Vec<usize> = fields.filter_map(|field| field.end(0)).collect();
-        ends.sort_unstable();
-        Some(ends)
+    #[inline(never)]
+    fn has_text(&self, frame: &[u8], length: usize) -> bool {
+        let text = frame.get(self.text_at..length.saturating_sub(self.from_end));
+        let mut texts = self.texts.iter();
+        text.is_some_and(|text| texts.any(|pattern| pattern.begins(text)))
     }
 
     /// Returns the fields whose values differ between frames.

@@ -1,5 +1,6 @@
 //! Patterns of texts, such as `A{pitch}B{roll}`, and the places of values in a text.
 
+use crate::notation::{Notation, after_blanks};
 use crate::problem::Mistake;
 use crate::read_field::column_name;
 
@@ -17,6 +18,8 @@ pub struct Pattern {
 pub struct PatternValue {
     /// The name of the value's field; `None` for bytes that the pattern skips, `{}`.
     pub name: Option<String>,
+    /// The notation of the value; text for skipped bytes.
+    pub notation: Notation,
     /// The literal after the value, to which the value reaches. Only the literal after the last value may be empty: then
     /// the value reaches to the end of the text.
     pub after: Vec<u8>,
@@ -61,7 +64,11 @@ impl Pattern {
             )?;
             let name = (!name.is_empty()).then(|| column_name(name)).transpose()?;
             let after = Vec::new();
-            pattern.values.push(PatternValue { name, after });
+            pattern.values.push(PatternValue {
+                name,
+                notation: Notation::Text,
+                after,
+            });
             rest = others;
         }
     }
@@ -70,6 +77,67 @@ impl Pattern {
     pub(crate) fn position(&self, name: &str) -> Option<usize> {
         let mut values = self.values.iter();
         values.position(|value| value.name.as_deref() == Some(name))
+    }
+}
+
+impl Pattern {
+    /// Returns whether a text begins like the pattern, up to the first value.
+    pub(crate) fn begins(&self, text: &[u8]) -> bool {
+        match (begins(&self.first, text), &*self.values) {
+            (Some(0), [first, ..]) if first.name.is_none() => end(&first.after, text, 0).is_some(),
+            (beginning, _) => beginning.is_some(),
+        }
+    }
+
+    /// Returns the bytes of a value; `None` if the text differs from the pattern before the value. If the text ends
+    /// before the literal after the value, the value reaches to the end of the text.
+    pub(crate) fn find<'t>(&self, text: &'t [u8], number: usize) -> Option<&'t [u8]> {
+        let mut rest = &text[begins(&self.first, text)?..];
+        for value in &self.values[..number] {
+            rest = &rest[end(&value.after, rest, value.notation.least(rest))?.1..];
+        }
+        let value = &self.values[number];
+        let (end, _) =
+            end(&value.after, rest, value.notation.least(rest)).unwrap_or((rest.len(), 0));
+        Some(&rest[..end])
+    }
+
+    /// Returns the text with these values.
+    pub(crate) fn text(&self, values: &[Vec<u8>]) -> Vec<u8> {
+        let mut text = self.first.clone();
+        for (value, described) in values.iter().zip(&self.values) {
+            text.extend(value);
+            text.extend(&described.after);
+        }
+        text
+    }
+}
+
+/// Returns the number of bytes of a literal at the beginning of a text; `None` if the text begins with other bytes.
+fn begins(literal: &[u8], text: &[u8]) -> Option<usize> {
+    let mut rest = text;
+    for byte in literal {
+        let (first, others) = rest.split_first()?;
+        rest = match byte {
+            b' ' if *first == b' ' => after_blanks(others),
+            _ if byte == first => others,
+            _ => return None,
+        };
+    }
+    Some(text.len() - rest.len())
+}
+
+/// Returns the indices of the first byte of a literal in a text and of the byte after the literal. The literal begins at
+/// index `from` or later. An empty literal is at the end of the text.
+fn end(literal: &[u8], text: &[u8], from: usize) -> Option<(usize, usize)> {
+    let rest = text.get(from..)?;
+    match literal {
+        [] => Some((text.len(), text.len())),
+        [byte] if *byte != b' ' => {
+            let at = from + rest.iter().position(|other| other == byte)?;
+            Some((at, at + 1))
+        }
+        _ => (from..text.len()).find_map(|at| Some((at, at + begins(literal, &text[at..])?))),
     }
 }
 

@@ -265,6 +265,11 @@ pub enum EncodeError {
     /// A receiver takes the frame for a frame of another kind.
     #[error("a frame with these values would be received as a frame of another kind")]
     OtherKind,
+    /// A text cannot be made from its values.
+    #[error(
+        "missing field `{0}`: it cannot be made from other values, because no single pattern without {{}} describes it"
+    )]
+    NoText(String),
     /// Another part of the frame determines the bytes of this field.
     #[error("{0} cannot have this value: the description gives its bytes another value")]
     Determined(String),
@@ -305,6 +310,12 @@ pub enum Misfit {
     /// The value is the number of a message that is not listed.
     #[error("is no message: the description lists the messages")]
     NoMessage,
+    /// The number has no such name.
+    #[error("is neither a number nor a name: {0}")]
+    Name(UnknownName),
+    /// Numbers in this notation cannot be written.
+    #[error("cannot be written: only decimal and hex numbers in text can")]
+    NoInverse,
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),

@@ -96,7 +96,7 @@ impl Kind {
             name: name.to_owned(),
             layouts,
             fields: Vec::new(),
-            ends: None,
+            room: (0, 0),
             from_end,
             views: Vec::new(),
             sign: (0, Vec::new()),
@@ -125,17 +125,20 @@ impl Kind {
         let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
         // If a view has a text, the view's fields are added to the field that takes the rest of the frame. Otherwise the
         // view's fields replace that field. They always replace the values of the kind's text.
-        let has_items = own.iter().any(|read| read.field.item.is_some()) || !texts.is_empty();
         let is_common = |read: &&ReadField| {
             let field = &read.field;
-            field.text.is_none() && (has_items || field.length().is_some())
+            field.text.is_none() && (!texts.is_empty() || field.length().is_some())
         };
-        let common = common.iter().filter(is_common);
-        let fields: Vec<ReadField> = common.cloned().chain(own).collect();
+        let mut fields: Vec<ReadField> = common.iter().filter(is_common).cloned().collect();
+        let first_own = fields.len();
+        fields.extend(own);
         let sign = match (&entry.at, &entry.bytes) {
-            (Some(at), Some(bytes)) => (front(at)?, parsed(bytes, Alternatives::parse)?.bytes),
+            (Some(at), Some(bytes)) if !bytes.get_ref().trim().is_empty() => {
+                (front(at)?, parsed(bytes, Alternatives::parse)?.bytes)
+            }
+            (None, None) if !texts.is_empty() => (self.text_at, Vec::new()),
             _ => {
-                let rule = "a view needs at and bytes, which select its frames: their offset, and the bytes in hex";
+                let rule = "a view needs what selects its frames: at and bytes, the offset and the bytes in hex, or a text";
                 return Err(Located::new(span, rule));
             }
         };
@@ -149,6 +152,13 @@ impl Kind {
             ..self.clone()
         };
         view.place(&fields, trailer)?;
+        let own = view.fields[first_own..fields.len()].iter();
+        view.room = (
+            own.clone().map(|field| field.needs(1)).min().unwrap_or(0),
+            own.map(|field| field.needs(field.values()))
+                .max()
+                .unwrap_or(0),
+        );
         Ok(view)
     }
 
@@ -168,12 +178,11 @@ impl Kind {
             trailer.limit(fixed_length, self.from_end);
             trailer
         }));
-        self.ends = self.ends_of_fields();
         for length in [self.layout().shortest, longest] {
             for (field, read) in self.fields.iter().zip(fields) {
                 let is_optional = length < longest && self.shortest_with(field).is_some();
                 // A value in a text shares the bytes of the text.
-                if field.item.is_some() || field.text.is_some() || is_optional {
+                if field.text.is_some() || is_optional {
                     continue;
                 }
                 let name = || field.name.clone();
@@ -243,7 +252,7 @@ fn read_fields(
     };
     let patterns = texts.iter().map(|text| Pattern::parse(text));
     let patterns = patterns.collect::<Result<Vec<_>, _>>();
-    let patterns = patterns.map_err(|mistake| Located::new(text_span.clone(), mistake))?;
+    let mut patterns = patterns.map_err(|mistake| Located::new(text_span.clone(), mistake))?;
     let mut fields = Vec::new();
     for entry in entries {
         let keys = entry.get_ref();
@@ -273,6 +282,11 @@ fn read_fields(
         }
     }
     fields.sort_by_key(|read| read.field.text);
+    for field in fields.iter().map(|read| &read.field) {
+        if let Some(TextPlace { pattern, value }) = field.text {
+            patterns[pattern].values[value].notation = field.notation;
+        }
+    }
     Ok((fields, patterns))
 }
 

@@ -157,7 +157,6 @@ impl Field {
             mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
             scale,
             unit: parsed_if_any(entry.unit.as_ref(), unit)?,
-            item: entry.item.as_ref().map(|item| *item.get_ref()),
             ..found
         };
         field.check(entry)?;
@@ -212,6 +211,18 @@ impl Field {
             "only a number can be missing",
         )?;
         reject_if(
+            self.missing.is_some()
+                && !self.is_bytes()
+                && self.to_bits(&serde_json::Value::Null).is_err(),
+            span(entry.missing.as_ref()),
+            "this value does not fit the field",
+        )?;
+        reject_if(
+            self.mask.is_some() && self.notation == Notation::Hex,
+            span(entry.mask.as_ref()),
+            "hex digits cannot have a mask",
+        )?;
+        reject_if(
             self.padding.is_some() && (self.kind != Type::Text || self.text.is_some()),
             span(entry.padding.as_ref()),
             "only text with a type can have padding",
@@ -237,9 +248,10 @@ impl Field {
             "a scale must not be 0",
         )?;
         reject_if(
-            self.item.is_some() && self.kind != Type::Text,
+            entry.item.is_some(),
             span(entry.item.as_ref()),
-            "only text can have an item",
+            "item is now a pattern: give the view text = \"{},{x}\", where each comma ends a value and {x} is the field x, and \
+             give the field its notation, instead of at, type and item",
         )?;
         reject_if(
             self.at < 0 && self.length().is_none(),
@@ -252,7 +264,7 @@ impl Field {
     fn with(self, value: &Values) -> Result<Self, Mistake> {
         match value {
             Values::One(number) => match self.to_bits(&(*number).into()) {
-                Ok(bits) if !self.is_array() && !self.is_text() => Ok(Self {
+                Ok(bits) if !self.is_array() && !self.is_bytes() => Ok(Self {
                     constant: Some(bits),
                     ..self
                 }),

@@ -25,6 +25,8 @@ pub enum Value<'a> {
     Bytes(&'a [u8]),
     /// Text.
     Text(&'a [u8]),
+    /// No value: the frame says so, or its bytes are not a number.
+    Missing,
 }
 
 impl Value<'_> {
@@ -52,6 +54,7 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
+            Self::Missing => {}
             Self::Signed(number) => {
                 if *number < 0 {
                     row.push(b'-');
@@ -70,6 +73,7 @@ impl Value<'_> {
             Self::Bytes(_) | Self::Text(_) => {
                 serde_json::to_writer(row, &self.to_string()).expect("a vector takes any text");
             }
+            Self::Missing => row.extend(b"null"),
             Self::Double(number) if number.is_nan() => row.extend(b"null"),
             Self::Double(f64::INFINITY) => row.extend(b"1e309"),
             Self::Double(f64::NEG_INFINITY) => row.extend(b"-1e309"),
@@ -77,6 +81,32 @@ impl Value<'_> {
             Self::Float(f32::INFINITY) => row.extend(b"1e39"),
             Self::Float(f32::NEG_INFINITY) => row.extend(b"-1e39"),
             _ => self.append_to(row),
+        }
+    }
+
+    /// Returns the digits of a number as an integer, and the number of decimals.
+    #[must_use]
+    pub(crate) fn digits(self) -> Option<(i128, u32)> {
+        match self {
+            Self::Unsigned(number) => Some((number.into(), 0)),
+            Self::Signed(number) => Some((number.into(), 0)),
+            Self::Decimal(number, decimals) => Some((number, decimals)),
+            _ => None,
+        }
+    }
+
+    /// Returns whether two values are the same number. NaN is the same as NaN.
+    pub(crate) fn is_same(self, other: Value) -> bool {
+        let float = |value: Value| match value {
+            Value::Float(number) => Some(f64::from(number)),
+            Value::Double(number) => Some(number),
+            value => value.digits().and_then(|_| value.to_string().parse().ok()),
+        };
+        match (self.digits(), other.digits()) {
+            (Some((one, 0)), Some((two, 0))) => one == two,
+            _ => float(self)
+                .zip(float(other))
+                .is_some_and(|(one, two)| one == two || one.is_nan() && two.is_nan()),
         }
     }
 
@@ -272,12 +302,19 @@ impl Scale {
         if let (Some(number), Some((factor, offset))) = (small, self.small) {
             return Value::Decimal((number * factor + offset).into(), self.decimals);
         }
-        let number = match *number {
-            Value::Unsigned(number) => number.into(),
-            Value::Signed(number) => number.into(),
-            _ => 0,
-        };
-        Value::Decimal(self.shown(number), self.decimals)
+        let (digits, decimals) = number.digits().unwrap_or_default();
+        let scale = self.with_decimals(decimals);
+        Value::Decimal(scale.shown(digits), scale.decimals)
+    }
+
+    /// Returns the scale for numbers that are multiplied by ten to the power of `decimals`.
+    pub(crate) fn with_decimals(&self, decimals: u32) -> Self {
+        Self {
+            offset: self.offset.saturating_mul(10_i128.pow(decimals)),
+            decimals: self.decimals + decimals,
+            small: None,
+            ..*self
+        }
     }
 
     fn shown(&self, number: i128) -> i128 {
