@@ -51,7 +51,6 @@ mod field;
 pub mod hex;
 mod kind;
 mod layouts;
-mod mavlink_xml;
 mod messages;
 mod notation;
 mod number;
@@ -65,6 +64,7 @@ pub mod text;
 mod value;
 
 use std::collections::{HashMap, HashSet};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -93,7 +93,10 @@ const LONGEST_TEXT: usize = 1 << 20;
 
 /// The limits on the number of kinds in a description, and on the number of values in a row.
 const MOST_KINDS: usize = 100;
-const MOST_COLUMNS: usize = 40_000;
+const MOST_COLUMNS: usize = 10_000;
+
+/// The limit on the number of files of which each contains the next one.
+const MOST_FILES: usize = 8;
 
 /// A parsed description.
 #[derive(Clone, Debug)]
@@ -113,7 +116,7 @@ pub struct Column {
     pub name: String,
     /// The name of the array that contains the value.
     pub array: Option<String>,
-    /// Whether the value is text or bytes in hex, even if it looks like a number.
+    /// Whether the value is text or bytes in hex, in some kind, even if it looks like a number.
     pub is_text: bool,
 }
 
@@ -126,23 +129,30 @@ impl Description {
     /// # Errors
     /// Returns the first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, Problem> {
+        Self::parse_within(name, text, 0)
+    }
+
+    /// Parses the text of a description that `depth` other descriptions contain.
+    fn parse_within(name: &str, text: &str, depth: usize) -> Result<Self, Problem> {
         let entries = toml::from_str(text).map_err(Located::from);
         entries
-            .and_then(|entries| Self::read(name, &entries))
+            .and_then(|entries| Self::read(name, &entries, depth))
             .map_err(|located| Problem::within(name, text, located))
     }
 
-    fn read(name: &str, entries: &Entries) -> Result<Self, Located> {
+    fn read(name: &str, entries: &Entries, depth: usize) -> Result<Self, Located> {
         let (shipped_names, own) = (&entries.any_of, &entries.kinds);
         let count = shipped_names.len() + own.len();
         let (what, most) = ("the number of kinds", MOST_KINDS);
         reject_if(count > most, 0..0, Mistake::OutOfRange { what, most })?;
         let mut kinds = Vec::new();
-        for name in shipped_names {
-            let text = shipped(name.get_ref());
-            let text = text.map_err(|unknown| Located::new(name.span(), unknown))?;
-            let shipped = Self::parse(name.get_ref(), text);
-            kinds.extend(shipped.expect("shipped descriptions are valid").kinds);
+        for one in shipped_names {
+            let found = named(one.get_ref(), name, depth);
+            kinds.extend(
+                found
+                    .map_err(|mistake| Located::new(one.span(), mistake))?
+                    .kinds,
+            );
         }
         for kind in own {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
@@ -165,7 +175,8 @@ impl Description {
             reject_if(entries.has_parts(), first.span(), rule)?;
         }
         if kinds.is_empty() {
-            kinds.push(Kind::read(name, entries, false)?);
+            let stem = Path::new(name).file_stem().and_then(OsStr::to_str);
+            kinds.push(Kind::read(stem.unwrap_or(name), entries, false)?);
         }
         let first = entries.fields.first().map(Spanned::span);
         let first = first.or(own.first().map(Spanned::span));
@@ -300,14 +311,15 @@ impl Description {
     /// Returns the columns of a table without a header. If there is only one kind, these are its columns, without the
     /// columns of its views. Otherwise these are all columns.
     #[must_use]
-    pub fn plain_columns(&self) -> &[Column] {
-        match &*self.kinds {
-            [kind] if self.has_kinds() => {
-                let count: usize = kind.varying_fields().map(Field::values).sum();
-                &self.columns[1..=count]
-            }
-            _ => &self.columns,
-        }
+    pub fn plain_columns(&self) -> Vec<&Column> {
+        let kind = (self.kinds.len() == 1).then(|| &self.kinds[0]);
+        let is_of_kind = |column: &&Column| {
+            let is_name = |field: &Field| {
+                (0..field.values()).any(|number| field.column(number) == column.name)
+            };
+            kind.is_none_or(|kind| kind.varying_fields().any(is_name))
+        };
+        self.columns.iter().filter(is_of_kind).collect()
     }
 
     /// Returns true if there are several kinds or views, so that the output must name the kind of a frame.
@@ -317,24 +329,11 @@ impl Description {
     }
 }
 
-/// Reads the text of a description from a file. Converts MAVLink's definitions, which are XML, to a description.
+/// Reads the text of a description from a file.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
-/// reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
 pub fn read(path: &Path) -> Result<String, ReadError> {
-    let text = read_text(path)?;
-    match text
-        .trim_start_matches('\u{FEFF}')
-        .trim_start()
-        .starts_with('<')
-    {
-        true => mavlink_xml::description(path, &text),
-        false => Ok(text),
-    }
-}
-
-fn read_text(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let read = File::open(path)
@@ -344,6 +343,24 @@ fn read_text(path: &Path) -> Result<String, ReadError> {
         Ok(length) if length > LONGEST_TEXT => Err(ReadError::TooLong(name)),
         Ok(_) => String::from_utf8(bytes).map_err(|_| ReadError::NotText(name)),
     }
+}
+
+/// Returns the shipped description with this name, or that of a file whose path is relative to the folder of `parent`.
+fn named(name: &str, parent: &str, depth: usize) -> Result<Description, Mistake> {
+    let path = Path::new(parent).with_file_name(name);
+    let (name, text) = match shipped(name) {
+        Ok(text) => (name.to_owned(), text.to_owned()),
+        Err(unknown) if !path.exists() => return Err(unknown.into()),
+        Err(_) if depth >= MOST_FILES => {
+            return Err("any_of: these files contain each other".into());
+        }
+        Err(_) => {
+            let text = read(&path).map_err(|error| Mistake::File(error.to_string()))?;
+            (path.display().to_string(), text)
+        }
+    };
+    let found = Description::parse_within(&name, &text, depth + 1);
+    found.map_err(|problem| Mistake::Within(Box::new(problem)))
 }
 
 fn has_kinds(kinds: &[Kind]) -> bool {
@@ -381,21 +398,25 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The number of values in each array. If several kinds share an array, they share all of its columns.
-    let mut arrays = HashMap::<&str, usize>::new();
+    // The greatest number of values of each name. If several kinds share an array, they share all of its columns.
+    let mut counts = HashMap::<(&str, bool), usize>::new();
+    for field in all().flat_map(Kind::varying_fields) {
+        let count = counts.entry((&field.name, field.is_array())).or_default();
+        *count = field.values().max(*count);
+    }
     for kind in all() {
         let mut own = HashSet::new();
         if has_kinds {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            if field.is_array()
-                && *arrays.entry(&field.name).or_insert(field.values()) != field.values()
-                && false
-            {
-                return Err(same_name("kinds have different values", &field.name));
+            if counts.contains_key(&(&*field.name, !field.is_array())) {
+                return Err(same_name(
+                    "kinds have an array and a single value",
+                    &field.name,
+                ));
             }
-            for number in 0..field.values() {
+            for number in 0..counts[&(&*field.name, field.is_array())] {
                 let column = Column {
                     name: field.column(number),
                     array: field.is_array().then(|| field.name.clone()),
@@ -406,8 +427,10 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
                     return Err(same_name("values are", &column.name));
                 }
                 match places.get(&column.name) {
-                    Some(&place) if columns[place] == column => {}
-                    Some(_) => {}
+                    Some(&place) if columns[place].array == column.array => {
+                        columns[place].is_text |= column.is_text;
+                    }
+                    Some(_) => return Err(same_name("kinds have different values", &column.name)),
                     None => {
                         places.insert(column.name.clone(), columns.len());
                         columns.push(column);
