@@ -75,7 +75,8 @@ impl LengthField {
         let counted = u32::try_from(counted).unwrap_or_default();
         let number = counted.checked_div(self.factor).unwrap_or_default();
         let others = self.number.read(frame) & !self.mask;
-        let bytes = (number & self.mask | others).to_le_bytes();
+        let bits = number.wrapping_shl(self.mask.trailing_zeros()) & self.mask;
+        let bytes = (bits | others).to_le_bytes();
         let lowest_first = bytes.iter().take(self.number.bytes);
         let place = frame.get_mut(self.number.at..self.number.end());
         let place = place.unwrap_or_default().iter_mut();

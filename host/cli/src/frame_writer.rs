@@ -182,10 +182,15 @@ impl FrameWriter {
                     row.push(b',');
                     append_cell(row, &content.value());
                 }
-                Some(content) => content.values().for_each(|value| {
-                    row.push(b',');
-                    append_cell(row, &value);
-                }),
+                Some(content) => {
+                    let mut rest = columns;
+                    for value in content.values() {
+                        row.push(b',');
+                        append_cell(row, &value);
+                        rest -= 1;
+                    }
+                    row.resize(row.len() + rest, b',');
+                }
                 None => row.resize(row.len() + columns, b','),
             }
         }
@@ -219,11 +224,15 @@ impl FrameWriter {
             let Some(content) = contents.of(field) else {
                 continue;
             };
-            row.extend(name.as_bytes());
             if !field.is_array() {
-                content.value().append_json_to(row);
+                let value = content.value();
+                if value != Value::Missing {
+                    row.extend(name.as_bytes());
+                    value.append_json_to(row);
+                }
                 continue;
             }
+            row.extend(name.as_bytes());
             row.push(b'[');
             for (number, value) in content.values().enumerate() {
                 if number > 0 {
@@ -307,7 +316,10 @@ fn append_cell(row: &mut Vec<u8>, value: &Value) {
 fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
     let from = row.len();
     value.append_to(row);
-    if row[from..].iter().any(|byte| matches!(byte, b',' | b'"')) {
+    // Some readers drop the blanks at the ends of a cell without quotation marks.
+    let text = &row[from..];
+    let has_end_blank = text.first() == Some(&b' ') || text.last() == Some(&b' ');
+    if has_end_blank || text.iter().any(|byte| matches!(byte, b',' | b'"')) {
         let text = row.split_off(from);
         let quoted = from + 1..from + 1 + 2 * text.len();
         row.resize(quoted.end, 0);

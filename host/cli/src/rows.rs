@@ -3,10 +3,10 @@
 use std::io::{self, BufRead, BufReader, Read};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock_description::{Column, Description};
+use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator};
+use framelock_description::{Column, Description, KIND};
 use framelock_receiving::Protocol;
-use serde_json::{Map, Number, Value};
+use serde_json::{Map, Value};
 
 use crate::input::Input;
 use crate::options::check_has_no_breaks;
@@ -75,12 +75,13 @@ fn values(columns: &[Column], fields: &Fields) -> Result<Vec<Option<Value>>> {
     for group in columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array) {
         let name = group[0].array.as_ref().unwrap_or(&group[0].name);
         if let Some(Value::Array(array)) = fields.get(name) {
-            let (given, needed) = (array.len(), group.len());
+            let (given, most) = (array.len(), group.len());
             ensure!(
-                given == needed,
-                "{name} has {given} values, but needs {needed}"
+                given <= most,
+                "{name} has {given} values, but at most {most} fit"
             );
             values.extend(array.iter().cloned().map(Some));
+            values.extend(std::iter::repeat_n(None, most - given));
         } else {
             values.extend(group.iter().map(|column| fields.get(&column.name).cloned()));
         }
@@ -114,7 +115,6 @@ fn separated<'a>(
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
-        .trim(Trim::All)
         .comment(Some(b'#'))
         .terminator(Terminator::Any(b'\n'))
         .from_reader(input.chain(&b"\n"[..]));
@@ -122,16 +122,17 @@ fn separated<'a>(
     let mut next = move || -> io::Result<Option<NumberedFields>> {
         while reader.read_byte_record(&mut bytes)? {
             // An ignored column may contain bytes that are not UTF-8.
-            let record = StringRecord::from_byte_record_lossy(bytes.clone());
-            if record.iter().all(str::is_empty) {
+            let mut record = StringRecord::from_byte_record_lossy(bytes.clone());
+            if record.iter().all(|cell| cell.trim().is_empty()) {
                 continue;
             }
             let names = match &header {
                 Some(names) => names,
                 None if record
                     .iter()
-                    .any(|name| column(description, name).is_some()) =>
+                    .any(|name| column(description, name.trim()).is_some()) =>
                 {
+                    record.trim();
                     header = Some(record);
                     continue;
                 }
@@ -148,7 +149,7 @@ fn separated<'a>(
 /// Returns the names of the columns of a table without a header.
 fn plain_names(description: &Description) -> StringRecord {
     let plain = description.plain_columns();
-    plain.iter().map(|column| &*column.name).collect()
+    plain.into_iter().map(|column| &*column.name).collect()
 }
 
 fn column<'a>(description: &'a Description, name: &str) -> Option<&'a Column> {
@@ -172,30 +173,16 @@ fn separated_fields(
     }
     let mut fields = Fields::new();
     for (name, text) in names.iter().zip(record) {
-        let value = match column(description, name) {
-            Some(column) if column.is_text => text.into(),
-            Some(_) => number_or_text(text),
+        // The blanks of a text belong to the text.
+        let text = match column(description, name) {
+            Some(column) if column.is_text && column.name != KIND => text,
+            Some(_) => text.trim(),
             None => continue,
         };
         ensure!(
-            fields.insert(name.to_owned(), value).is_none(),
+            fields.insert(name.to_owned(), text.into()).is_none(),
             "duplicate field `{name}`"
         );
     }
     Ok(fields)
-}
-
-/// If the text is a number, returns the number, otherwise the text.
-fn number_or_text(text: &str) -> Value {
-    let whole = text.parse::<u64>().map(Value::from);
-    let exact = || serde_json::from_str::<Number>(text).map(Value::from);
-    // As in JSON, NaN becomes null, and infinity becomes a number that exceeds the range of 32-bit floats.
-    let float = || {
-        text.parse::<f64>()
-            .map(|number| number.clamp(-1e39, 1e39).into())
-    };
-    whole
-        .or_else(|_| exact())
-        .or_else(|_| float())
-        .unwrap_or_else(|_| text.into())
 }

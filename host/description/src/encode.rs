@@ -10,7 +10,7 @@ use crate::notation::Notation;
 use crate::number::Class;
 use crate::pattern::TextPlace;
 use crate::problem::{EncodeError, Misfit, UnknownName};
-use crate::raw::is_nothing;
+use crate::raw::{is_nothing, number_or_text};
 use crate::text::quote;
 use crate::{Description, KIND};
 
@@ -217,56 +217,48 @@ impl Kind {
 
     /// Returns the content to write into a field. Returns `None` if the field is optional and no value is given.
     fn bits(&self, field: &Field, given: &[&Json]) -> Result<Option<Bits>, EncodeError> {
-        // In a field of floating-point numbers, `null` means NaN.
-        let is_float = field.class() == Class::Float && field.missing.is_none();
-        let is_nothing = |value: &Json| is_nothing(value) && !(is_float && value.is_null());
-        // The empty cells at the end of an array are no values.
-        let is_empty = |value: &&Json| {
-            if field.is_array() {
-                *value == ""
-            } else {
-                is_nothing(value)
-            }
+        let of_text = |value: &&Json| (*value).clone();
+        let of_number = |value: &&Json| number_or_text(value);
+        let given = given.iter();
+        let mut given: Vec<Json> = if field.is_text() {
+            given.map(of_text).collect()
+        } else {
+            given.map(of_number).collect()
         };
-        let count = given.len()
-            - given
-                .iter()
-                .rev()
-                .copied()
-                .take_while(|value| is_empty(value))
-                .count();
-        let is_optional = self.shortest_with(field).is_some();
-        if count == 0 && (field.is_array() || field.missing.is_some() && !field.is_bytes()) {
-            return Ok(Some(Bits::Numbers(Vec::new())));
-        }
-        if given.iter().all(|value| is_nothing(value)) && is_optional {
-            return Ok(None);
-        }
-        let misfit = |number: usize, reason| EncodeError::Value {
+        let misfit = |number: usize, value: &Json, reason| EncodeError::Value {
             column: field.column(number),
-            value: quote(given[number]),
+            value: quote(value),
             reason,
         };
+        let is_optional = self.shortest_with(field).is_some();
         if field.is_bytes() {
-            let value = given.first().copied().unwrap_or(&Json::Null);
-            let is_missing = given.is_empty() && field.missing.is_none();
-            reject_missing(is_missing, field)?;
-            let bytes = field.to_bytes(value);
-            return Ok(Some(Bits::Bytes(
-                bytes.map_err(|reason| misfit(0, reason))?,
-            )));
+            let has_missing = field.missing.is_some();
+            return match given.first().or(has_missing.then_some(&Json::Null)) {
+                Some(value) if is_nothing(value) && is_optional => Ok(None),
+                None if is_optional => Ok(None),
+                None => Err(EncodeError::Missing(field.name.clone())),
+                Some(value) => match field.to_bytes(value) {
+                    Ok(bytes) => Ok(Some(Bits::Bytes(bytes))),
+                    Err(reason) => Err(misfit(0, value, reason)),
+                },
+            };
         }
-        reject_missing(given.is_empty(), field)?;
-        let given = if field.is_array() {
-            &given[..count]
-        } else {
-            given
-        };
+        // The empty cells at the end of an array are no values. In a field of floating-point numbers, `null` means NaN.
+        let is_float = field.class() == Class::Float && field.missing.is_none();
+        while given.last().is_some_and(|value| match value {
+            Json::Null => !field.is_array() && !is_float,
+            value => is_nothing(value),
+        }) {
+            given.pop();
+        }
+        if given.is_empty() && !field.is_array() && field.missing.is_none() {
+            reject_missing(!is_optional, field)?;
+            return Ok(None);
+        }
         let bits = given.iter().enumerate();
         let bits = bits.map(|(number, value)| {
-            field
-                .to_bits(value)
-                .map_err(|reason| misfit(number, reason))
+            let bits = field.to_bits(value);
+            bits.map_err(|reason| misfit(number, value, reason))
         });
         Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
     }

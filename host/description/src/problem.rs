@@ -84,6 +84,12 @@ pub enum Mistake {
     /// There is no such type, checksum or shipped description.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    /// A file of `any_of` has a mistake.
+    #[error(transparent)]
+    Within(Box<Problem>),
+    /// A file of `any_of` cannot be read.
+    #[error("{0}")]
+    File(String),
     /// A number is 0 or too great.
     #[error("{what} must be from 1 to {most}")]
     OutOfRange {

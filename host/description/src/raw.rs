@@ -1,6 +1,6 @@
 //! Converts the values of rows to the bits, the digits or the bytes of a field.
 
-use serde_json::Value as Json;
+use serde_json::{Number, Value as Json};
 
 use crate::field::{Field, Type, width};
 use crate::notation::{Notation, to_bcd};
@@ -51,7 +51,8 @@ impl Field {
             (_, Some(missing)) if is_nothing(value) => missing.to_string().parse().ok(),
             (Json::Null, None) => Some(f64::NAN),
             (Json::Number(number), _) => number.to_string().parse().ok(),
-            (Json::String(text), _) => text.parse().ok(),
+            // Infinity, or NaN.
+            (Json::String(text), _) => text.trim().parse().ok(),
             _ => None,
         };
         let number: f64 = number.ok_or(Misfit::Not("a number"))?;
@@ -81,7 +82,7 @@ impl Field {
         let number = match (self.named(value)?, &self.scale) {
             (Some(number), _) => number.digits().map(|(digits, _)| digits),
             (None, Some(scale)) => scale.number(value),
-            (None, None) => value.as_number().and_then(serde_json::Number::as_i128),
+            (None, None) => value.as_number().and_then(Number::as_i128),
         };
         let shown = |number: i128| match &self.scale {
             Some(scale) => scale.text(number),
@@ -184,6 +185,23 @@ fn decimals(number: &str) -> i64 {
         .split_once('.')
         .map_or(0, |(_, digits)| digits.len());
     i64::try_from(fraction).unwrap_or(0) - exponent.parse::<i64>().unwrap_or(0)
+}
+
+/// If the value is text that is a number, returns the number, otherwise the value.
+pub(crate) fn number_or_text(value: &Json) -> Json {
+    let Some(text) = value.as_str().map(str::trim) else {
+        return value.clone();
+    };
+    let whole = text.parse::<u64>().map(Json::from);
+    let exact = || serde_json::from_str::<Number>(text).map(Json::from);
+    let float = || {
+        text.parse::<f64>()
+            .ok()
+            .and_then(Number::from_f64)
+            .map(Json::from)
+    };
+    let number = whole.ok().or_else(|| exact().ok()).or_else(float);
+    number.unwrap_or_else(|| value.clone())
 }
 
 /// Returns whether a value means that there is no value.

@@ -104,7 +104,7 @@ fn limits(layout: &Layout, field: &LengthField) -> (Option<i64>, Option<i64>) {
             ByteOrder::Little => bytes.iter().rev().fold(0, add),
             ByteOrder::Big => bytes.iter().fold(0, add),
         };
-        Some(i64::from(number & field.mask))
+        Some(i64::from(field.value(number)))
     });
     let in_sync: Vec<i64> = in_sync.collect();
     let smallest = in_sync.iter().min().map_or(0, |smallest| *smallest);

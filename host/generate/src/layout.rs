@@ -93,13 +93,14 @@ fn patterns(patterns: &Patterns) -> Value {
 
 /// Returns the greatest value of a length field.
 pub(crate) fn greatest(field: &LengthField) -> u32 {
-    field.mask & (u32::MAX >> (32 - 8 * field.number.bytes))
+    field.value(u32::MAX >> (32 - 8 * field.number.bytes))
 }
 
 fn length_field(field: &LengthField) -> Value {
     context! {
         number => number(&field.number),
         mask => field.mask,
+        shift => field.mask.trailing_zeros(),
         greatest => greatest(field),
         factor => field.factor,
         plus => field.plus,

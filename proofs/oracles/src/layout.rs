@@ -201,7 +201,8 @@ fn classify(layout: &Layout, bytes: &[u8], is_over: bool) -> Result<Option<usize
     let (end, counted) = match layout.length {
         Length::Fixed => (layout.longest, layout.longest),
         Length::Field(field) => {
-            let sent = number(&field.number, bytes) & u64::from(field.mask);
+            let lowest_bit = u64::from(field.mask & field.mask.wrapping_neg());
+            let sent = (number(&field.number, bytes) & u64::from(field.mask)) / lowest_bit;
             if limit.is_some_and(|limit| sent > limit) {
                 return Err(DiscardReason::TooLong);
             }

@@ -158,6 +158,7 @@ pub const COUNTED: &[&str] = &[
     ", factor = 2, plus = 6",
     ", factor = 4",
     ", mask = 0x3F",
+    ", mask = 0xFC",
 ];
 
 /// The forms of checksums: their algorithm, their type, and their number of bytes.
