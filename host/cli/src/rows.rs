@@ -179,9 +179,11 @@ fn separated_fields(
     }
     let mut fields = Fields::new();
     for (name, text) in names.iter().zip(record) {
-        // The blanks of a text belong to the text.
+        // The blanks of a text belong to the text. Some spreadsheets end a line with CR LF.
         let text = match by_name.get(name) {
-            Some(column) if column.is_text && column.name != KIND => text,
+            Some(column) if column.is_text && column.name != KIND => {
+                text.strip_suffix('\r').unwrap_or(text)
+            }
             Some(_) => text.trim(),
             None => continue,
         };

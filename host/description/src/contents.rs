@@ -228,6 +228,9 @@ impl Field {
         let unused = self.prepared.unused;
         let value = match notation {
             Notation::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
+            Notation::Magnitude => {
+                Value::Unsigned(((bits << unused).cast_signed() >> unused).unsigned_abs())
+            }
             Notation::SignMagnitude => {
                 let sign = 1 << (63 - unused);
                 let magnitude = (bits & !sign).cast_signed();

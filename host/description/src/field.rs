@@ -121,9 +121,14 @@ impl Field {
     pub fn class(&self) -> Class {
         match (self.notation, self.kind) {
             (Notation::Hex, Type::Number(number)) => number.class,
-            (Notation::Unsigned | Notation::Bcd | Notation::Hex | Notation::Text, _) => {
-                Class::Unsigned
-            }
+            (
+                Notation::Unsigned
+                | Notation::Magnitude
+                | Notation::Bcd
+                | Notation::Hex
+                | Notation::Text,
+                _,
+            ) => Class::Unsigned,
             (Notation::Float, _) => Class::Float,
             _ => Class::Signed,
         }

@@ -455,7 +455,7 @@ macro_rules! shipped {
 
 /// The names of the shipped descriptions, and their texts.
 pub const SHIPPED: &[(&str, &str)] = shipped!(
-    "bin" "bin-crc8" "sbus" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
+    "bin" "bin-crc8" "sbus" "sbus-any" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
     "six-axes-be" "modbus-rtu" "slip" "cobs" "hdlc" "kiss" "dmx512" "dsmr-p1" "vedirect"
 );
 

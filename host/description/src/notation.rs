@@ -15,6 +15,8 @@ pub enum Notation {
     Signed,
     /// A whole number whose highest bit is the sign, and whose other bits are the magnitude.
     SignMagnitude,
+    /// A whole number in two's complement, whose sign is ignored.
+    Magnitude,
     /// A whole number with a decimal digit in each four bits.
     Bcd,
     /// A floating-point number, as in IEEE 754.

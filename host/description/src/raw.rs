@@ -24,6 +24,7 @@ impl Field {
         let (least, most) = match (self.notation, self.class()) {
             (Notation::Bcd, _) => (0, largest_bcd(all).into()),
             (Notation::SignMagnitude, _) => (-half, half),
+            (Notation::Magnitude, _) => (0, half),
             (_, Class::Signed) => (!half, half),
             _ => (0, most),
         };

@@ -124,10 +124,11 @@ impl Kind {
         let (span, entry) = (entry.span(), entry.get_ref());
         let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
         // If a view has a text, the view's fields are added to the field that takes the rest of the frame. Otherwise the
-        // view's fields replace that field. They always replace the values of the kind's text.
+        // view's fields replace that field. They always replace the values of the kind's text, and fields with their names.
         let is_common = |read: &&ReadField| {
             let field = &read.field;
-            field.text.is_none() && (!texts.is_empty() || field.length().is_some())
+            let is_replaced = own.iter().any(|own| own.field.name == field.name);
+            field.text.is_none() && !is_replaced && (!texts.is_empty() || field.length().is_some())
         };
         let mut fields: Vec<ReadField> = common.iter().filter(is_common).cloned().collect();
         let first_own = fields.len();

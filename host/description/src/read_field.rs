@@ -47,10 +47,11 @@ impl Type {
     /// Returns whether the values of this type may have this notation.
     fn may_have(self, notation: Notation) -> bool {
         use Notation::{
-            Bcd, Clock, Date, Decimal, Degrees, Float, Hex, SignMagnitude, Signed, Text, Unsigned,
+            Bcd, Clock, Date, Decimal, Degrees, Float, Hex, Magnitude, SignMagnitude, Signed, Text,
+            Unsigned,
         };
         match notation {
-            Unsigned | Signed | SignMagnitude | Bcd => match self {
+            Unsigned | Signed | SignMagnitude | Magnitude | Bcd => match self {
                 Self::Number(number) => number.class != Class::Float,
                 kind => matches!(kind, Self::Bits { .. }),
             },
@@ -126,7 +127,7 @@ impl Field {
         reject_if(
             given.is_some() && !found.kind.may_have(notation),
             crate::entries::span(entry.notation.as_ref()),
-            "whole numbers may have the notations unsigned, signed, sign-magnitude, bcd and hex, bits the same except hex, \
+            "whole numbers may have the notations unsigned, signed, sign-magnitude, magnitude, bcd and hex, bits the same except hex, \
              and text decimal, hex, degrees, clock, date and text",
         )?;
         let [factor, offset] = [&entry.scale, &entry.offset].map(Option::as_ref);
