@@ -410,7 +410,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The greatest number of values of each array, for columns side by side. A single value has one column.
+    // The greatest number of values of each array. The first kind with an array gets all columns, side by side.
     let mut counts = HashMap::<(&str, bool), usize>::new();
     for field in all().flat_map(Kind::varying_fields) {
         let count = counts.entry((&field.name, field.is_array())).or_default();
@@ -422,7 +422,8 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            for number in 0..counts[&(&*field.name, field.is_array())] {
+            let count = counts.remove(&(&*field.name, field.is_array()));
+            for number in 0..count.unwrap_or(field.values()) {
                 let name = field.column(number);
                 // The header of a table may be in capitals.
                 if number < field.values() && !own.insert(name.to_ascii_lowercase()) {
