@@ -88,6 +88,9 @@ pub(crate) fn description(path: &Path, text: &str) -> Result<String, ReadError> 
             _ => {}
         }
     }
+    if definition.messages.is_empty() {
+        return Err(ReadError::NoMessage(path.display().to_string()));
+    }
     let name = path.file_name().unwrap_or_default();
     let first = format!("# MAVLink 2 and 1 with the messages of {name:?}\n");
     Ok([first, definition.kind(2), definition.kind(1)].concat())

@@ -236,9 +236,12 @@ pub enum ReadError {
         /// The error of the parser.
         error: roxmltree::Error,
     },
+    /// The XML file has no message.
+    #[error("{0} is XML without a message of MAVLink; other descriptions are TOML files")]
+    NoMessage(String),
     /// A message of MAVLink's definition has a mistake.
     #[error(
-        "{file}, message {name}: a message has a name, an id that no other message has, and fields of at most 255 bytes; a \
+        "{file}, message {name:?}: a message has a name, an id that no other message has, and fields of at most 255 bytes; a \
          field has a name, and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]"
     )]
     Message {

@@ -39,31 +39,32 @@ fn a_definition_describes_the_frames_of_pymavlink() {
 fn a_mistake_in_a_definition_is_told() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     for (number, (elements, told)) in [
+        ("", "without a message"),
         ("<message id='1' name='A'>", "expected 'message' tag"),
         ("<include>none.xml</include>", "none.xml: "),
         (
             "<message name='A'><field type='char' name='b'/></message>",
-            "message A: ",
+            "message \"A\": ",
         ),
         (
             "<message id='1' name='A'><field type='int' name='b'/></message>",
-            "message A: ",
+            "message \"A\": ",
         ),
         (
             "<message id='1' name='A'><field type='char[300]' name='b'/></message>",
-            "message A: ",
+            "message \"A\": ",
         ),
         (
             "<message id='1' name='A'><field type='double[32]' name='b'/></message>",
-            "message A: ",
+            "message \"A\": ",
         ),
         (
             "<message id='1' name='A'><field type='char'/></message>",
-            "message A: ",
+            "message \"A\": ",
         ),
         (
             "<message id='1' name='A'/><message id='1' name='B'/>",
-            "message B: ",
+            "message \"B\": ",
         ),
     ]
     .into_iter()
