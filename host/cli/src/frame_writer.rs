@@ -183,7 +183,11 @@ impl FrameWriter {
                 }
                 Some((content, first)) => {
                     let mut rest = columns;
-                    for value in content.values().skip(first).take(columns) {
+                    let mut values = content.values();
+                    if first > 0 {
+                        values.nth(first - 1);
+                    }
+                    for value in values.take(columns) {
                         row.push(b',');
                         append_cell(row, &value);
                         rest -= 1;
