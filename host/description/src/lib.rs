@@ -97,7 +97,7 @@ const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 40_000;
 
 /// The limit on the number of files of which each contains the next one.
-const MOST_FILES: usize = 8;
+const MOST_FILES: usize = 3;
 
 /// A parsed description.
 #[derive(Clone, Debug)]
