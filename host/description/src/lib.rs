@@ -51,6 +51,7 @@ mod field;
 pub mod hex;
 mod kind;
 mod layouts;
+mod mavlink_xml;
 mod messages;
 mod notation;
 mod number;
@@ -93,7 +94,7 @@ const LONGEST_TEXT: usize = 1 << 20;
 
 /// The limits on the number of kinds in a description, and on the number of values in a row.
 const MOST_KINDS: usize = 100;
-const MOST_COLUMNS: usize = 10_000;
+const MOST_COLUMNS: usize = 40_000;
 
 /// The limit on the number of files of which each contains the next one.
 const MOST_FILES: usize = 3;
@@ -329,11 +330,22 @@ impl Description {
     }
 }
 
-/// Reads the text of a description from a file.
+/// Reads the text of a description from a file. A definition of MAVLink's messages, in XML, becomes a description.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
+/// reads more than the limit.
 pub fn read(path: &Path) -> Result<String, ReadError> {
+    let text = read_text(path)?;
+    let beginning = text.trim_start_matches('\u{FEFF}').trim_start();
+    if beginning.starts_with('<') {
+        return mavlink_xml::description(path, &text);
+    }
+    Ok(text)
+}
+
+/// Reads a text from a file.
+pub(crate) fn read_text(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let read = File::open(path)
@@ -398,7 +410,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The greatest number of values of each name. If several kinds share an array, they share all of its columns.
+    // The greatest number of values of each array. The first kind with an array gets all columns, side by side.
     let mut counts = HashMap::<(&str, bool), usize>::new();
     for field in all().flat_map(Kind::varying_fields) {
         let count = counts.entry((&field.name, field.is_array())).or_default();
@@ -410,32 +422,25 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            if counts.contains_key(&(&*field.name, !field.is_array())) {
-                return Err(same_name(
-                    "kinds have an array and a single value",
-                    &field.name,
-                ));
-            }
-            for number in 0..counts[&(&*field.name, field.is_array())] {
-                let column = Column {
-                    name: field.column(number),
-                    array: field.is_array().then(|| field.name.clone()),
-                    is_text: field.is_text(),
-                };
+            let count = counts.remove(&(&*field.name, field.is_array()));
+            for number in 0..count.unwrap_or(field.values()) {
+                let name = field.column(number);
                 // The header of a table may be in capitals.
-                if !own.insert(column.name.to_ascii_lowercase()) {
-                    return Err(same_name("values are", &column.name));
+                if number < field.values() && !own.insert(name.to_ascii_lowercase()) {
+                    return Err(same_name("values are", &name));
                 }
-                match places.get(&column.name) {
-                    Some(&place) if columns[place].array == column.array => {
-                        columns[place].is_text |= column.is_text;
-                    }
-                    Some(_) => return Err(same_name("kinds have different values", &column.name)),
-                    None => {
-                        places.insert(column.name.clone(), columns.len());
-                        columns.push(column);
-                    }
+                let is_text = field.is_text();
+                if let Some(&place) = places.get(&name) {
+                    columns[place].is_text |= is_text;
+                    continue;
                 }
+                places.insert(name.clone(), columns.len());
+                let array = field.is_array().then(|| field.name.clone());
+                columns.push(Column {
+                    name,
+                    array,
+                    is_text,
+                });
             }
         }
     }
