@@ -1,5 +1,6 @@
 //! Decodes frames from a file, standard input or a serial port.
 
+mod hint;
 mod summary;
 
 use std::io::{self, Write};
@@ -18,6 +19,7 @@ use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
+use hint::Stream;
 use summary::Summary;
 
 /// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
@@ -250,30 +252,21 @@ impl Decoder {
         self.write()
     }
 
-    /// Prints a hint if no frame has arrived or most bytes were discarded. Prints at most one hint for a stream.
+    /// Prints a hint if the stream needs one. Prints at most one hint for a stream.
     fn print_hint(&mut self) {
-        let Summary {
-            bytes,
-            frames,
-            discarded,
-            ..
-        } = self.summary;
-        let is_good = bytes == 0 || frames > 0 && discarded <= bytes / 2;
-        if is_good || std::mem::replace(&mut self.is_hinted, true) {
+        let stream = Stream {
+            protocol: &self.options.frame,
+            beginning: &self.beginning,
+            summary: &self.summary,
+            has_pauses: self.options.idle_gap.is_some(),
+        };
+        if self.is_hinted {
             return;
         }
-        let protocol = &self.options.frame;
-        let needs_pauses = protocol.description.ending_event().is_some();
-        let cause = if needs_pauses && self.options.idle_gap.is_none() {
-            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
-        } else if is_decimal_text(&self.beginning) {
-            "the input looks like decimal text, such as AB128127128: have the sender write each value as a byte"
-        } else {
-            "check --frame, --input, the baud rate and parity, and whether the line is inverted"
-        };
-        note(&format!(
-            "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
-        ));
+        if let Some(hint) = stream.hint() {
+            self.is_hinted = true;
+            note(&hint);
+        }
     }
 
     /// Writes the hint and the summary, and skips each of the two if it is not needed or was written before.
@@ -361,12 +354,6 @@ impl Arguments {
         })
         .transpose()
     }
-}
-
-fn is_decimal_text(bytes: &[u8]) -> bool {
-    let is_text = |byte: &u8| matches!(byte, b'!'..=b'~' | b'\r' | b'\n');
-    let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
-    bytes.iter().all(is_text) && 10 * digits > 3 * bytes.len()
 }
 
 /// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.
