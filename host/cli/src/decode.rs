@@ -22,12 +22,13 @@ use crate::serial::PortOptions;
 use hint::Stream;
 use summary::Summary;
 
-/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
+/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived, and again
+/// whenever the number of bytes has doubled.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
 /// The number of bytes of the stream's beginning from which a hint is made.
-const BEGINNING: usize = 1024;
+const BEGINNING: usize = 4096;
 
 /// Decode frames from a file, standard input or a serial port
 #[derive(clap::Args)]
@@ -127,6 +128,8 @@ struct Decoder {
     /// The first bytes of the stream, from which a hint is made.
     beginning: Vec<u8>,
     is_hinted: bool,
+    /// The number of bytes at which a live stream is next checked for a hint.
+    next_look: u64,
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
@@ -157,6 +160,7 @@ impl Decoder {
             beginning: Vec::new(),
             // A user who only records may not know yet which frames the line has.
             is_hinted: options.record.is_some() && options.format == OutputFormat::None,
+            next_look: ENOUGH,
             is_live,
             start: Instant::now(),
             heard: None,
@@ -179,7 +183,9 @@ impl Decoder {
         self.take(Step::Bytes(bytes))?;
         let missing = BEGINNING - self.beginning.len();
         self.beginning.extend(&bytes[..bytes.len().min(missing)]);
-        if self.is_live && self.summary.bytes >= ENOUGH && self.start.elapsed() > LONG_ENOUGH {
+        let is_enough = self.summary.bytes >= self.next_look;
+        if self.is_live && is_enough && self.start.elapsed() > LONG_ENOUGH {
+            self.next_look = 2 * self.summary.bytes;
             self.print_hint();
         }
         Ok(())
