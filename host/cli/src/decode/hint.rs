@@ -63,7 +63,8 @@ impl Stream<'_> {
         }
     }
 
-    /// Returns true if the beginning is text that consists mostly of decimal numbers, and is not bytes in another spelling.
+    /// Returns true if the beginning is text that consists mostly of decimal numbers, and is neither frames nor bytes in
+    /// another spelling.
     fn is_decimal_text(&self) -> bool {
         let bytes = self.beginning;
         let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
@@ -71,7 +72,7 @@ impl Stream<'_> {
             input.contains("--input") && 64 * spelled.len() > bytes.len()
         };
         let is_number_text = is_text(bytes) && 10 * digits > 3 * bytes.len();
-        is_number_text && !self.inputs().iter().any(is_mostly)
+        self.summary.frames == 0 && is_number_text && !self.inputs().iter().any(is_mostly)
     }
 
     /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in no
@@ -85,10 +86,10 @@ impl Stream<'_> {
         receivers.extend(with_changed_checksums(self.protocol));
         for (name, _) in SHIPPED.iter().filter(|_| is_bad) {
             let shipped = Protocol::named(name).ok()?;
-            // Packets that contain any bytes fit too many streams.
-            let has_mark =
-                |layout: &CheckedLayout| layout.sync.length > 0 || layout.checksum.is_some();
-            if shipped.description.format().all().iter().all(has_mark) {
+            let layouts = shipped.description.format().all();
+            let mut marks = layouts.iter().map(|it| (it.sync.length, it.checksum));
+            // Packets that may contain any bytes fit too many streams.
+            if !marks.any(|mark| mark == (0, None)) {
                 receivers.push((format!(" of {name} (--frame {name})"), receiver(shipped)));
             }
         }
@@ -166,10 +167,8 @@ fn with_changed_checksums(protocol: &Protocol) -> Vec<(Change, Receiver<'_>)> {
             change(&mut changed);
             let marks = changed.sync.length + changed.terminator.length;
             let is_sure = changed.checksum.is_some() || marks > 1;
-            changed
-                .check()
-                .ok()
-                .filter(|_| layout.checksum.is_some() && is_sure)
+            let is_tried = layout.checksum.is_some() && is_sure;
+            changed.check().ok().filter(|_| is_tried)
         });
         let layouts: Vec<CheckedLayout> = own.iter().copied().chain(changed).collect();
         let receive = move |bytes: &[u8]| {
@@ -182,20 +181,18 @@ fn with_changed_checksums(protocol: &Protocol) -> Vec<(Change, Receiver<'_>)> {
                 });
             }
             let changed = frames.iter().filter(|(kind, _)| *kind >= own.len());
-            if changed.count() > 1 {
-                frames
-            } else {
-                Vec::new()
+            if changed.count() < 2 {
+                frames.clear();
             }
+            frames
         };
         receivers.push((name.to_owned(), Box::new(receive) as Receiver));
     };
     for from in 0..=2 {
         let name = format!(" whose checksums cover the bytes from {from} on");
         add(&name, &|layout| {
-            layout.checksum = layout
-                .checksum
-                .map(|checksum| Checksum { from, ..checksum });
+            let changed = |checksum| Checksum { from, ..checksum };
+            layout.checksum = layout.checksum.map(changed);
         });
     }
     add(ANY_CHECKSUM, &|layout| layout.checksum = None);
