@@ -186,7 +186,7 @@ impl Kind {
             return Ok(None);
         }
         if given.len() < field.values() {
-            return Err(EncodeError::Missing(field.column(given.len())));
+            return Err(EncodeError::Missing(field.name.clone()));
         }
         let misfit = |number, reason| EncodeError::Value {
             column: field.column(number),

@@ -150,8 +150,7 @@ impl Description {
             let has_kinds = !kind.kinds.is_empty() || !kind.any_of.is_empty();
             reject_if(has_kinds, span, "a kind cannot contain kinds or any_of")?;
             let kind = kind.clone().within(entries.clone());
-            let kind = Kind::read(name, &kind, true).map_err(|located| located.in_kind(name))?;
-            kinds.push(kind);
+            kinds.push(Kind::read(name, &kind, true)?);
         }
         if let Some(name) = &entries.name {
             let rule = "only a kind in [[kinds]] has a name: leave the name out";

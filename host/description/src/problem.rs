@@ -51,12 +51,6 @@ impl Located {
         let mistake = mistake.into();
         Self { span, mistake }
     }
-
-    /// Names the kind that has the mistake.
-    pub(crate) fn in_kind(self, kind: &str) -> Self {
-        let (kind, mistake) = (kind.to_owned(), Box::new(self.mistake));
-        Self::new(self.span, Mistake::InKind { kind, mistake })
-    }
 }
 
 /// The error of a TOML parser. An unknown key gets a suggestion.
@@ -131,22 +125,6 @@ pub enum Mistake {
         kind: String,
         /// The kind that is found instead.
         earlier: String,
-    },
-    /// `shortest` is too small.
-    #[error(
-        "shortest must be at least {least}, because of the header and the parts that are counted from the end"
-    )]
-    TooShort {
-        /// The smallest possible value.
-        least: usize,
-    },
-    /// One of several kinds has a mistake.
-    #[error("kind {kind}: {mistake}")]
-    InKind {
-        /// The kind.
-        kind: String,
-        /// The mistake.
-        mistake: Box<Mistake>,
     },
 }
 

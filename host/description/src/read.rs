@@ -72,18 +72,10 @@ impl Kind {
         if is_one_of_many && parts.messages.is_none() {
             parts.messages = distinguishing(&parts.fixed, header);
         }
-        let least = match parts.length {
-            Length::Field(field) => usize::try_from(field.plus).unwrap_or(0),
-            _ => 0,
-        };
-        let least = least.max(header + from_end);
-        (parts.shortest, parts.longest) = bounds(all, least)?;
+        (parts.shortest, parts.longest) = bounds(all, parts.length, header + from_end)?;
         let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
             let span = span_of(contradiction.part, all, &owners);
-            match contradiction.part {
-                layout::Part::Shortest => Located::new(span, Mistake::TooShort { least }),
-                _ => Located::new(span, contradiction.message),
-            }
+            Located::new(span, contradiction.message)
         })?;
         let known = all.messages.as_ref().map(|it| it.get_ref().known.names());
         let mut kind = Self {
@@ -284,9 +276,9 @@ fn length(all: &Entries) -> Result<Length, Located> {
     }
 }
 
-/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `least`
-/// bytes.
-fn bounds(all: &Entries, least: usize) -> Result<(usize, usize), Located> {
+/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each frame has at least `parts`
+/// bytes: the header, and the parts that are counted from the end.
+fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize), Located> {
     let needless = all.shortest.is_some() || all.longest.is_some();
     let rule = "every frame has this length: leave shortest and longest out";
     if let Some(length) = &all.length {
@@ -303,7 +295,11 @@ fn bounds(all: &Entries, least: usize) -> Result<(usize, usize), Located> {
         longest.span(),
         Mistake::OutOfRange { what, most },
     )?;
-    let least = all.length.as_ref().map_or(least, |it| *it.get_ref());
+    let least = match length {
+        _ if all.length.is_some() => *longest.get_ref(),
+        Length::Field(field) => parts.max(usize::try_from(field.plus).unwrap_or(0)),
+        _ => parts,
+    };
     let shortest = all.shortest.as_ref().map_or(least, |it| *it.get_ref());
     Ok((shortest, *longest.get_ref()))
 }
@@ -354,15 +350,13 @@ fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<OwnMessages> {
 
 /// Returns the position of a part's entry. `owners` has the position for each entry of the fixed bits.
 fn span_of(part: layout::Part, all: &Entries, owners: &[Range<usize>]) -> Range<usize> {
-    let longest = || span(all.length.as_ref().or(all.longest.as_ref()));
+    let length = || span(all.length.as_ref());
     match part {
         layout::Part::Sync => span(all.sync.as_ref()),
-        layout::Part::Length => all
-            .length_field
-            .as_ref()
-            .map_or_else(longest, Spanned::span),
-        layout::Part::Longest => longest(),
-        layout::Part::Shortest => all.shortest.as_ref().map_or_else(longest, Spanned::span),
+        layout::Part::Length => all.length_field.as_ref().map_or_else(length, Spanned::span),
+        layout::Part::Shortest | layout::Part::Longest => {
+            all.longest.as_ref().map_or_else(length, Spanned::span)
+        }
         layout::Part::Fixed(number) => owners[number].clone(),
         layout::Part::Messages => {
             let mut fields = all.fields.iter().map(Spanned::get_ref);
