@@ -1,5 +1,6 @@
 //! Decodes frames from a file, standard input or a serial port.
 
+mod hint;
 mod summary;
 
 use std::io::{self, Write};
@@ -18,14 +19,16 @@ use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
+use hint::Stream;
 use summary::Summary;
 
-/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
+/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived, and again
+/// whenever the number of bytes has doubled.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
 /// The number of bytes of the stream's beginning from which a hint is made.
-const BEGINNING: usize = 1024;
+const BEGINNING: usize = 4096;
 
 /// Decode frames from a file, standard input or a serial port
 #[derive(clap::Args)]
@@ -125,6 +128,8 @@ struct Decoder {
     /// The first bytes of the stream, from which a hint is made.
     beginning: Vec<u8>,
     is_hinted: bool,
+    /// The number of bytes at which a live stream is next checked for a hint.
+    next_look: u64,
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
@@ -155,6 +160,7 @@ impl Decoder {
             beginning: Vec::new(),
             // A user who only records may not know yet which frames the line has.
             is_hinted: options.record.is_some() && options.format == OutputFormat::None,
+            next_look: ENOUGH,
             is_live,
             start: Instant::now(),
             heard: None,
@@ -177,7 +183,9 @@ impl Decoder {
         self.take(Step::Bytes(bytes))?;
         let missing = BEGINNING - self.beginning.len();
         self.beginning.extend(&bytes[..bytes.len().min(missing)]);
-        if self.is_live && self.summary.bytes >= ENOUGH && self.start.elapsed() > LONG_ENOUGH {
+        let is_enough = self.summary.bytes >= self.next_look;
+        if self.is_live && is_enough && self.start.elapsed() > LONG_ENOUGH {
+            self.next_look = 2 * self.summary.bytes;
             self.print_hint();
         }
         Ok(())
@@ -250,30 +258,21 @@ impl Decoder {
         self.write()
     }
 
-    /// Prints a hint if no frame has arrived or most bytes were discarded. Prints at most one hint for a stream.
+    /// Prints a hint if the stream needs one. Prints at most one hint for a stream.
     fn print_hint(&mut self) {
-        let Summary {
-            bytes,
-            frames,
-            discarded,
-            ..
-        } = self.summary;
-        let is_good = bytes == 0 || frames > 0 && discarded <= bytes / 2;
-        if is_good || std::mem::replace(&mut self.is_hinted, true) {
+        let stream = Stream {
+            protocol: &self.options.frame,
+            beginning: &self.beginning,
+            summary: &self.summary,
+            has_pauses: self.options.idle_gap.is_some(),
+        };
+        if self.is_hinted {
             return;
         }
-        let protocol = &self.options.frame;
-        let needs_pauses = protocol.description.ending_event().is_some();
-        let cause = if needs_pauses && self.options.idle_gap.is_none() {
-            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
-        } else if is_decimal_text(&self.beginning) {
-            "the input looks like decimal text, such as AB128127128: have the sender write each value as a byte"
-        } else {
-            "check --frame, --input, the baud rate and parity, and whether the line is inverted"
-        };
-        note(&format!(
-            "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
-        ));
+        if let Some(hint) = stream.hint() {
+            self.is_hinted = true;
+            note(&hint);
+        }
     }
 
     /// Writes the hint and the summary, and skips each of the two if it is not needed or was written before.
@@ -361,12 +360,6 @@ impl Arguments {
         })
         .transpose()
     }
-}
-
-fn is_decimal_text(bytes: &[u8]) -> bool {
-    let is_text = |byte: &u8| matches!(byte, b'!'..=b'~' | b'\r' | b'\n');
-    let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
-    bytes.iter().all(is_text) && 10 * digits > 3 * bytes.len()
 }
 
 /// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.

@@ -15,6 +15,7 @@ mod decode;
 mod demo;
 mod encode;
 mod every_subcommand;
+mod hints;
 #[cfg(target_os = "linux")]
 mod monitor;
 mod process;
