@@ -126,13 +126,15 @@ fn separated<'a>(
             if record.iter().all(str::is_empty) {
                 continue;
             }
+            let own_names = record.iter().map(|name| without_unit(description, name));
+            let own_names: StringRecord = own_names.collect();
             let names = match &header {
                 Some(names) => names,
-                None if record
+                None if own_names
                     .iter()
                     .any(|name| column(description, name).is_some()) =>
                 {
-                    header = Some(record);
+                    header = Some(own_names);
                     continue;
                 }
                 None => header.insert(plain_names(description)),
@@ -143,6 +145,14 @@ fn separated<'a>(
         Ok(None)
     };
     std::iter::from_fn(move || next().transpose())
+}
+
+/// Returns the name of a column in a header. A unit may follow the name, as in `altitude (m)`.
+fn without_unit<'n>(description: &Description, name: &'n str) -> &'n str {
+    match name.rsplit_once(" (") {
+        Some((own, unit)) if unit.ends_with(')') && column(description, name).is_none() => own,
+        _ => name,
+    }
 }
 
 /// Returns the names of the columns of a table without a header.

@@ -1,5 +1,7 @@
 //! The summary of a stream. It counts in 64 bits, because the receiver's 32-bit counters may wrap in a long recording.
 
+use std::collections::BTreeMap;
+
 use framelock::{Counters, Discarded};
 use framelock_receiving::{AnyLine, Protocol};
 use serde::Serialize;
@@ -19,6 +21,12 @@ pub(super) struct Summary {
     pending: usize,
     discarded_by: DiscardedTotals,
     resynchronisations: u64,
+    /// The number of bytes with a parity or framing error, and of other errors on the line, if the input records them.
+    #[serde(skip_serializing_if = "is_zero")]
+    line_errors: u64,
+    /// The number of frames of each kind, if there are several kinds.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    kinds: BTreeMap<String, u64>,
     /// The counters at the last update.
     #[serde(skip)]
     before: Counters,
@@ -31,6 +39,15 @@ impl Summary {
             frame_length: has_one_length.then(|| protocol.longest()),
             frame_bytes: (!has_one_length).then_some(0),
             ..Self::default()
+        }
+    }
+
+    /// Counts a frame of a kind.
+    pub(super) fn count(&mut self, kind: Option<&str>) {
+        let Some(kind) = kind else { return };
+        match self.kinds.get_mut(kind) {
+            Some(count) => *count += 1,
+            None => drop(self.kinds.insert(kind.to_owned(), 1)),
         }
     }
 
@@ -58,7 +75,18 @@ impl Summary {
         self.discarded += increase(now.discarded.total(), before.discarded.total());
         self.discarded_by.add(&now.discarded, &before.discarded);
         self.resynchronisations += increase(now.resynchronisations, before.resynchronisations);
+        let errors =
+            |counters: &Counters| counters.events.total().wrapping_sub(counters.events.idle);
+        self.line_errors += increase(errors(now), errors(&before));
     }
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 fn increase(now: u32, before: u32) -> u64 {
