@@ -210,6 +210,7 @@ impl Decoder {
         self.take(Step::Bytes(bytes))?;
         if let Some(event) = *event {
             self.is_hearing = false;
+            self.summary.count_event(event);
             self.take(Step::Event(event))?;
         }
         let missing = BEGINNING - self.beginning.len();
@@ -256,7 +257,7 @@ impl Decoder {
                 Found::Discarded { .. } => return,
             };
             if has_summary {
-                self.summary.count(self.frame.kind_name(bytes));
+                self.summary.count_frame(self.frame.kind_name(bytes));
             }
             if is_partial && !self.frame.is_wanted(bytes) {
                 return;

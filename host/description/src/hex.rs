@@ -92,14 +92,7 @@ fn literal(text: &str) -> Option<Vec<u8>> {
                     rest.nth(1)?;
                     u8::from_str_radix(digits, 16).ok()?
                 }
-                'n' => b'\n',
-                'r' => b'\r',
-                't' => b'\t',
-                '0' => 0,
-                '\\' => b'\\',
-                '\'' => b'\'',
-                '"' => b'"',
-                _ => return None,
+                code => *b"\n\r\t\0\\'\"".get("nrt0\\'\"".find(code)?)?,
             }),
             (' ' | ',', None) => {}
             (' '..='~', Some(quote)) if c != quote => bytes.push(u8::try_from(c).ok()?),

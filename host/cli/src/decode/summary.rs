@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use framelock::{Counters, Discarded};
+use framelock::{Counters, Discarded, LineEvent};
 use framelock_receiving::{AnyLine, Protocol};
 use serde::Serialize;
 
@@ -21,9 +21,9 @@ pub(super) struct Summary {
     pending: usize,
     discarded_by: DiscardedTotals,
     resynchronisations: u64,
-    /// The number of bytes with a parity or framing error, and of other errors on the line, if the input records them.
-    #[serde(skip_serializing_if = "is_zero")]
-    line_errors: u64,
+    /// The number of line events that the input records, of each kind.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    line_events: BTreeMap<String, u64>,
     /// The number of frames of each kind, if there are several kinds.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     kinds: BTreeMap<String, u64>,
@@ -42,13 +42,16 @@ impl Summary {
         }
     }
 
-    /// Counts a frame of a kind.
-    pub(super) fn count(&mut self, kind: Option<&str>) {
-        let Some(kind) = kind else { return };
-        match self.kinds.get_mut(kind) {
-            Some(count) => *count += 1,
-            None => drop(self.kinds.insert(kind.to_owned(), 1)),
+    /// Counts a frame of a kind, if there are several kinds.
+    pub(super) fn count_frame(&mut self, kind: Option<&str>) {
+        if let Some(kind) = kind {
+            count(&mut self.kinds, kind);
         }
+    }
+
+    /// Counts a line event that the input records.
+    pub(super) fn count_event(&mut self, event: LineEvent) {
+        count(&mut self.line_events, &event.to_string());
     }
 
     /// Adds the increase of each counter since the last update. At the end of the input, the receiver discards the
@@ -75,18 +78,14 @@ impl Summary {
         self.discarded += increase(now.discarded.total(), before.discarded.total());
         self.discarded_by.add(&now.discarded, &before.discarded);
         self.resynchronisations += increase(now.resynchronisations, before.resynchronisations);
-        let errors =
-            |counters: &Counters| counters.events.total().wrapping_sub(counters.events.idle);
-        self.line_errors += increase(errors(now), errors(&before));
     }
 }
 
-#[allow(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
-fn is_zero(count: &u64) -> bool {
-    *count == 0
+fn count(counts: &mut BTreeMap<String, u64>, name: &str) {
+    match counts.get_mut(name) {
+        Some(count) => *count += 1,
+        None => drop(counts.insert(name.to_owned(), 1)),
+    }
 }
 
 fn increase(now: u32, before: u32) -> u64 {

@@ -46,7 +46,7 @@ impl Notation {
         let text = String::from_utf8_lossy(beginning);
         if is_named(".tlog") {
             Self::Tlog
-        } else if analyser::is_header(&text) {
+        } else if analyser::is_table(&text) {
             Self::Csv
         } else if is_named(".hex") || text::is_log_or_dump(&text) {
             Self::Hex

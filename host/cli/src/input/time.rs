@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use anyhow::{Result, bail};
 use regex::{Captures, Regex};
 
 /// A time at the beginning of a line: a clock or seconds, perhaps in brackets, with a date or with an arrow behind it.
@@ -9,7 +10,7 @@ static STAMP: LazyLock<Regex> = LazyLock::new(|| {
     let pattern = r"(?x) ^ \s* (?<open> [\[(] \s* )?
         (?<date> \d{1,4} [-/.] \d{1,2} [-/.] \d{1,4} (?: T | [\s,;_]+ ) )?
         (?: (?<hours> \d{1,2} ) : (?<minutes> \d\d ) : )?
-        (?<seconds> -? \d+ (?: [.,] \d+ | :\d{3} )? )
+        (?<seconds> -? \d+ (?<fraction> [.,] \d+ | :\d{3} )? )
         (?: Z | [+-] \d\d :? \d\d )?
         (?: (?<close> \s* [\])] [:,;|]? ) | (?<arrow> \s* -> ) | (?<comma> \s* [,;|>] ) | :?\s | $ ) \s*";
     Regex::new(pattern).expect("the pattern is valid")
@@ -20,8 +21,8 @@ static STAMP: LazyLock<Regex> = LazyLock::new(|| {
 pub(super) struct Times {
     /// The time of the last line, in microseconds. `None` if no line had a time.
     pub(super) last: Option<i64>,
-    /// Midnights since the first line, in microseconds, for clocks without a date.
-    midnights: i64,
+    /// The time from the first line's midnight to the last line's midnight, in microseconds.
+    midnight: i64,
 }
 
 const DAY: i64 = 86_400_000_000;
@@ -31,53 +32,51 @@ impl Times {
     ///
     /// # Errors
     /// Returns an error if the line's beginning may be a time or bytes.
-    pub(super) fn strip<'l>(&mut self, line: &'l str) -> Result<Option<&'l str>, String> {
+    pub(super) fn strip<'l>(&mut self, line: &'l str) -> Result<Option<&'l str>> {
         let Some(found) = STAMP.captures(line) else {
             return Ok(None);
         };
+        let (stamp, rest) = line.split_at(found[0].len());
         let has = |name| found.name(name).is_some();
-        let (seconds, rest) = (&found["seconds"], &line[found[0].len()..]);
-        let has_fraction = seconds.contains(['.', ',', ':']);
-        let is_pair_of_bytes = matches!(seconds.as_bytes(), [_, _, b'.', _, _]);
-        let is_time = match (has("hours"), has("date") || has("open") && has("close")) {
-            _ if has("open") != has("close") => false,
-            (true, true) => true,
-            (true, false) if has_fraction || has("arrow") => true,
-            (false, true) => has_fraction,
-            (false, false) if seconds.contains(',') || has("comma") || !has_fraction => false,
-            (false, false) if !is_pair_of_bytes || has("arrow") => true,
-            // Without the other lines, this beginning would be ambiguous.
-            _ if self.last.is_some() => true,
-            // Bytes with the same separators follow, or nothing.
-            _ if rest.is_empty() || rest.contains([':', '.']) => false,
-            _ => {
-                let word = found[0].trim();
-                return Err(format!(
-                    "{word} may be a time or bytes: write the time as [{word}], or the bytes with blanks between them"
-                ));
-            }
-        };
-        if !is_time {
+        let (is_clock, has_fraction) = (has("hours"), has("fraction"));
+        let is_marked = has("open") || has("date") || has("arrow");
+        let is_number =
+            has_fraction && (is_marked || !has("comma") && !found["seconds"].contains(','));
+        if has("open") != has("close") || !is_clock && !is_number {
             return Ok(None);
         }
-        let time = microseconds(&found);
-        let before = *self.last.get_or_insert(time);
-        // A clock without a date starts again at midnight.
-        if has("hours") && time.saturating_add(self.midnights) < before.saturating_sub(DAY / 2) {
-            self.midnights += DAY;
+        let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
+        let is_weak = !is_marked && if is_clock { !has_fraction } else { is_pair };
+        if is_weak && self.last.is_none() {
+            // Bytes have the same separators in the whole line.
+            if rest.is_empty() || rest.contains([':', '.']) {
+                return Ok(None);
+            }
+            let stamp = stamp.trim();
+            bail!(
+                "{stamp} may be a time or bytes: write the time as [{stamp}], or the bytes with blanks between them"
+            );
         }
-        self.last = Some(time.saturating_add(self.midnights));
+        let time = microseconds(&found).saturating_add(self.midnight);
+        let is_next_day = |last: i64| is_clock && time < last.saturating_sub(DAY / 2);
+        let days = if self.last.is_some_and(is_next_day) {
+            DAY
+        } else {
+            0
+        };
+        self.midnight += days;
+        self.last = Some(time.saturating_add(days));
         Ok(Some(rest))
     }
 }
 
 /// Returns the time that a stamp shows, in microseconds. A clock counts from midnight.
 fn microseconds(stamp: &Captures) -> i64 {
-    let number = |name| stamp.name(name).map_or("0", |part| part.as_str());
-    let whole = |name| number(name).parse().unwrap_or(0.0_f64);
-    let seconds = number("seconds").replace([',', ':'], ".");
-    let seconds = seconds.parse().unwrap_or(0.0_f64);
-    from_seconds(whole("hours") * 3600.0 + whole("minutes") * 60.0 + seconds)
+    let number = |name| {
+        let digits = stamp.name(name).map_or("0", |part| part.as_str());
+        digits.replace([',', ':'], ".").parse().unwrap_or(0.0_f64)
+    };
+    from_seconds(number("hours") * 3600.0 + number("minutes") * 60.0 + number("seconds"))
 }
 
 /// Returns seconds in microseconds. A time that is out of range becomes the nearest time.
