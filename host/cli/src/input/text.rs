@@ -176,3 +176,55 @@ fn labelled(line: &str) -> Result<(&str, Vec<u8>)> {
     });
     labelled.with_context(|| format!("{why}; expected bytes such as 41 42 00 7F"))
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use rand::seq::IndexedRandom;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Parts of lines that are times, offsets, labels, bytes, characters or none of these.
+    const PARTS: [&str; 3] = [
+        "/ /  /#/*/[12.5]/(0.25)/(-1.5)/[/)/12:34:56/23:59:59.9/00:00:00.1/99:99:99.99/1.5/12.34/->/RX:/[TX] -/",
+        "2024-12-31T/2024-12-31 /00000000/00000004:/0000000/ffffffffffffffff:/41 42 00/4142/0xAA/AA-C0/7/é/|AB.|/",
+        r"AB./b'\xaa'/uart-1: RX data: 41/uart-1: RX data: 42",
+    ];
+
+    /// A line either has bytes or is an error, whatever the line consists of.
+    #[test]
+    fn any_lines_are_read_without_a_panic() {
+        let parts = PARTS.concat();
+        let parts: Vec<&str> = parts.split('/').collect();
+        let mut random = ChaCha8Rng::seed_from_u64(67);
+        let (mut errors, mut timed, mut dumped, mut annotated) = (0, 0, 0, 0);
+        for _ in 0..20_000 {
+            let mut text = String::new();
+            for _ in 0..random.random_range(1..4) {
+                for _ in 0..random.random_range(1..6) {
+                    text += parts.choose(&mut random).unwrap();
+                    text += ["", " "].choose(&mut random).unwrap();
+                }
+                text.push('\n');
+            }
+            is_log_or_dump(&text);
+            let mut lines = text.lines().filter(|line| !is_ignored(line));
+            let kind = Text::of(lines.next().unwrap_or_default(), lines.next());
+            match arrivals("x".into(), text.as_bytes()).collect::<Result<Vec<_>>>() {
+                Err(_) => errors += 1,
+                Ok(arrivals) => match kind {
+                    Text::Dump(_) => dumped += 1,
+                    Text::Annotations(_) => annotated += 1,
+                    Text::Log(_) => {
+                        timed += usize::from(arrivals.iter().any(|one| one.time.is_some()));
+                    }
+                },
+            }
+        }
+        let counts = [errors, timed, dumped, annotated];
+        assert!(counts.iter().all(|count| *count > 10), "{counts:?}");
+    }
+}
