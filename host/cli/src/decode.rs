@@ -3,6 +3,7 @@
 mod recording;
 mod summary;
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -103,13 +104,10 @@ enum OutputFormat {
 impl OutputFormat {
     /// Returns the format of a file with this name.
     fn of(path: &Path) -> Self {
-        let ending = path.extension().unwrap_or_default();
-        if ending.eq_ignore_ascii_case("csv") {
-            Self::Csv
-        } else if ending.eq_ignore_ascii_case("txt") {
-            Self::Text
-        } else {
-            Self::Jsonl
+        match path.extension().and_then(OsStr::to_str) {
+            Some("csv") => Self::Csv,
+            Some("txt") => Self::Text,
+            _ => Self::Jsonl,
         }
     }
 
@@ -248,7 +246,8 @@ impl Decoder {
         let format = self.format;
         let is_partial = !self.options.only.is_empty();
         let time = self.options.timestamps.then_some(self.time);
-        let has_summary = self.summary_output.is_some();
+        let has_kinds = self.options.frame.description.has_kinds();
+        let counts_kinds = has_kinds && self.summary_output.is_some();
         let mut outcome = Ok(());
         let on_outcome = |found: Found<&[u8]>| {
             self.decided += found.bytes();
@@ -256,7 +255,7 @@ impl Decoder {
                 Found::Frame { message, .. } => message,
                 Found::Discarded { .. } => return,
             };
-            if has_summary {
+            if counts_kinds {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }
             if is_partial && !self.frame.is_wanted(bytes) {
@@ -273,7 +272,7 @@ impl Decoder {
         };
         match step {
             // Skip the outcomes, because this format writes no frames.
-            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial && !has_summary => {
+            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial && !counts_kinds => {
                 self.line.feed(bytes, |_| ());
             }
             Step::Bytes(bytes) => self.line.feed(bytes, on_outcome),

@@ -132,10 +132,9 @@ impl FrameWriter {
         *is_wanted || self.only.iter().any(is_named)
     }
 
-    /// Returns the name of a frame's kind, if there are several kinds.
-    pub(crate) fn kind_name<'f>(&'f self, frame: &'f [u8]) -> Option<&'f str> {
-        let row = self.has_kinds.then(|| self.kind_row(frame))?;
-        Some(row.kind.name_of(frame))
+    /// Returns the name of a frame's kind.
+    pub(crate) fn kind_name<'f>(&'f self, frame: &'f [u8]) -> &'f str {
+        self.kind_row(frame).kind.name_of(frame)
     }
 
     /// Appends the header of comma-separated values. With units, a column's name is followed by its unit in parentheses.

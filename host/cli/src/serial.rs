@@ -91,7 +91,7 @@ impl PortOptions {
 
     /// Returns the bits of a byte that are data.
     pub(crate) fn data_mask(&self) -> u8 {
-        if self.data_bits() == 7 { 0x7F } else { 0xFF }
+        0xFF >> (8 - self.data_bits())
     }
 
     pub(crate) fn baud(&self) -> u32 {

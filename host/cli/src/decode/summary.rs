@@ -42,16 +42,14 @@ impl Summary {
         }
     }
 
-    /// Counts a frame of a kind, if there are several kinds.
-    pub(super) fn count_frame(&mut self, kind: Option<&str>) {
-        if let Some(kind) = kind {
-            count(&mut self.kinds, kind);
-        }
+    /// Counts a frame of a kind.
+    pub(super) fn count_frame(&mut self, kind: &str) {
+        *self.kinds.entry(kind.to_owned()).or_default() += 1;
     }
 
     /// Counts a line event that the input records.
     pub(super) fn count_event(&mut self, event: LineEvent) {
-        count(&mut self.line_events, &event.to_string());
+        *self.line_events.entry(event.to_string()).or_default() += 1;
     }
 
     /// Adds the increase of each counter since the last update. At the end of the input, the receiver discards the
@@ -78,13 +76,6 @@ impl Summary {
         self.discarded += increase(now.discarded.total(), before.discarded.total());
         self.discarded_by.add(&now.discarded, &before.discarded);
         self.resynchronisations += increase(now.resynchronisations, before.resynchronisations);
-    }
-}
-
-fn count(counts: &mut BTreeMap<String, u64>, name: &str) {
-    match counts.get_mut(name) {
-        Some(count) => *count += 1,
-        None => drop(counts.insert(name.to_owned(), 1)),
     }
 }
 

@@ -14,10 +14,10 @@ use serde::Deserialize;
 use super::arrivals::Arrival;
 use super::time::{Times, from_seconds};
 
-/// The beginnings of headers that no text on a serial line has.
+/// The beginnings of headers that no text on a serial line has, without blanks.
 const HEADERS: [&str; 4] = [
-    "time [s],value,",
-    "time [s],analyzer name,decoded",
+    "time[s],value",
+    "time[s],analyzername,decoded",
     "name,type,start_time,",
     "id,time[ns],",
 ];
@@ -25,27 +25,32 @@ const HEADERS: [&str; 4] = [
 /// A row of a table. Other columns are ignored.
 #[derive(Deserialize)]
 struct Row {
-    #[serde(default, alias = "time [s]", alias = "start_time")]
+    #[serde(default, alias = "time[s]", alias = "start_time")]
     time: String,
     #[serde(rename = "time[ns]")]
     nanoseconds: Option<f64>,
-    #[serde(alias = "data", alias = "decoded protocol result")]
+    #[serde(alias = "data", alias = "decodedprotocolresult")]
     value: String,
-    #[serde(default, rename = "parity error")]
+    #[serde(default, rename = "parityerror")]
     parity: String,
-    #[serde(default, rename = "framing error")]
+    #[serde(default, rename = "framingerror")]
     framing: String,
     #[serde(default)]
     error: String,
-    #[serde(default, alias = "analyzer name")]
+    #[serde(default, alias = "analyzername")]
     name: String,
 }
 
 /// Returns whether a text begins with the header of a table.
 pub(super) fn is_table(text: &str) -> bool {
-    let header = text.trim_start_matches('\u{FEFF}').replace('"', "");
-    let header = header.to_ascii_lowercase();
+    let header = text.lines().next().unwrap_or_default();
+    let header = plain(&header.replace(['"', '\u{FEFF}'], ""));
     HEADERS.iter().any(|begin| header.starts_with(begin))
+}
+
+/// Returns the name of a column in lower case, without blanks.
+fn plain(name: &str) -> String {
+    name.to_ascii_lowercase().replace(' ', "")
 }
 
 /// Returns the bytes of a table with their times.
@@ -57,7 +62,7 @@ pub(super) fn arrivals(
         .flexible(true)
         .trim(Trim::All)
         .from_reader(reader);
-    let names = reader.headers()?.iter().map(str::to_ascii_lowercase);
+    let names = reader.headers()?.iter().map(plain);
     // DSView names the column of the bytes after the decoder, as in `0:UART: RX/TX`.
     let is_own = |name: &str| name.contains(":uart");
     let names = names.map(|name| if is_own(&name) { "value".into() } else { name });
@@ -150,11 +155,7 @@ impl Decoded {
                 first == line,
                 "this row is of {line}, the first row of {first}: keep the rows of one"
             );
-            before = self.held.replace(Arrival {
-                time,
-                bytes: vec![byte],
-                event: None,
-            });
+            before = self.held.replace(Arrival::new(time, vec![byte]));
         }
         if let (Some(held), Some(event)) = (&mut self.held, event) {
             // During a break, a UART sees zeros without a stop bit.

@@ -25,6 +25,13 @@ pub(crate) struct Arrival {
     pub(crate) event: Option<LineEvent>,
 }
 
+impl Arrival {
+    pub(super) fn new(time: Option<i64>, bytes: Vec<u8>) -> Self {
+        let event = None;
+        Self { time, bytes, event }
+    }
+}
+
 /// The notation of an input's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Notation {
@@ -106,9 +113,7 @@ impl Iterator for Arrivals<'_> {
 
     fn next(&mut self) -> Option<Result<Arrival>> {
         let mut next = self.items.next()?;
-        if let Ok(arrival) = &mut next
-            && self.mask != 0xFF
-        {
+        if let Ok(arrival) = &mut next {
             arrival.bytes.iter_mut().for_each(|byte| *byte &= self.mask);
         }
         Some(next)
@@ -123,10 +128,7 @@ fn chunks(mut reader: impl Read) -> impl Iterator<Item = Result<Arrival>> {
             Ok(0) => None,
             Ok(count) => {
                 bytes.truncate(count);
-                Some(Ok(Arrival {
-                    bytes,
-                    ..Arrival::default()
-                }))
+                Some(Ok(Arrival::new(None, bytes)))
             }
             Err(error) => Some(Err(error.into())),
         }

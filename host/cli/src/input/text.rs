@@ -18,13 +18,7 @@ use super::dump::{Dump, bytes};
 use super::time::Times;
 
 /// The line events that a recording can have, in words.
-const EVENTS: [LineEvent; 5] = [
-    LineEvent::Break,
-    LineEvent::Framing,
-    LineEvent::Parity,
-    LineEvent::Overrun,
-    LineEvent::Idle,
-];
+const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent::Parity];
 
 /// Returns whether the beginning of a text is annotations of sigrok, or hex with times or offsets. All its lines must be,
 /// and some byte must have a digit from A to F, because a device may send lines with decimal numbers.
@@ -110,10 +104,7 @@ impl Text {
     fn arrival(&mut self, line: &str) -> Result<Option<Arrival>> {
         match self {
             Self::Log(log) => log.arrival(line).map(Some),
-            Self::Dump(dump) => {
-                let (bytes, time, event) = (dump.line(line)?, None, None);
-                Ok(Some(Arrival { time, bytes, event }))
-            }
+            Self::Dump(dump) => Ok(Some(Arrival::new(None, dump.line(line)?))),
             Self::Annotations(annotations) => annotations.annotation(line),
         }
     }
@@ -130,6 +121,10 @@ struct Log {
 impl Log {
     /// Reads a line. A line without a time has that of the line before.
     fn arrival(&mut self, line: &str) -> Result<Arrival> {
+        ensure!(
+            !line.starts_with(':'),
+            "a line that begins with a colon is text, as of Modbus ASCII, or of an Intel HEX file: these are not bytes in hex"
+        );
         let had_time = self.times.last.is_some();
         let rest = self.times.strip(line)?;
         ensure!(

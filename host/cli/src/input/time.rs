@@ -21,7 +21,7 @@ static STAMP: LazyLock<Regex> = LazyLock::new(|| {
 pub(super) struct Times {
     /// The time of the last line, in microseconds. `None` if no line had a time.
     pub(super) last: Option<i64>,
-    /// The time from the first line's midnight to the last line's midnight, in microseconds.
+    /// The last midnight, in microseconds since the first line's midnight.
     midnight: i64,
 }
 
@@ -57,15 +57,17 @@ impl Times {
                 "{stamp} may be a time or bytes: write the time as [{stamp}], or the bytes with blanks between them"
             );
         }
-        let time = microseconds(&found).saturating_add(self.midnight);
-        let is_next_day = |last: i64| is_clock && time < last.saturating_sub(DAY / 2);
-        let days = if self.last.is_some_and(is_next_day) {
-            DAY
-        } else {
-            0
-        };
-        self.midnight += days;
-        self.last = Some(time.saturating_add(days));
+        let mut time = microseconds(&found);
+        if is_clock {
+            // A clock starts again at midnight.
+            let is_next_day =
+                |last: i64| time.saturating_add(self.midnight) < last.saturating_sub(DAY / 2);
+            if self.last.is_some_and(is_next_day) {
+                self.midnight += DAY;
+            }
+            time = time.saturating_add(self.midnight);
+        }
+        self.last = Some(time);
         Ok(Some(rest))
     }
 }

@@ -12,40 +12,38 @@ use super::arrivals::Arrival;
 const TIME: usize = 8;
 const HEADER: usize = TIME + 3;
 
-/// Returns each frame with its time. Bytes that are not part of a frame have the time of the frame before.
+/// Returns each frame with its time. Bytes that are not part of a record have the time of the frame before.
 pub(super) fn arrivals(mut reader: impl BufRead) -> impl Iterator<Item = Result<Arrival>> {
-    let mut record: Vec<u8> = Vec::new();
-    let mut time = None;
-    from_fn(move || {
-        let mut fill = |record: &mut Vec<u8>, length: usize| {
-            let missing = length.saturating_sub(record.len()) as u64;
-            (&mut reader).take(missing).read_to_end(record)
-        };
-        let rest = match fill(&mut record, HEADER) {
-            Err(error) => return Some(Err(error.into())),
-            Ok(_) if record.is_empty() => return None,
-            Ok(_) => match length(&record) {
-                // Search the next record.
-                None => record.split_off(1),
-                Some(length) => {
-                    if let Err(error) = fill(&mut record, length) {
-                        return Some(Err(error.into()));
-                    }
-                    let frame = record.split_off(TIME);
-                    let stamp = record[..].try_into().map(i64::from_be_bytes);
-                    time = stamp.ok();
-                    record = frame;
-                    Vec::new()
-                }
-            },
-        };
-        let bytes = std::mem::replace(&mut record, rest);
-        Some(Ok(Arrival {
-            time: Some(time.unwrap_or(0)),
-            bytes,
-            event: None,
-        }))
-    })
+    let (mut record, mut time) = (Vec::new(), 0);
+    from_fn(move || next(&mut reader, &mut record, &mut time).transpose())
+}
+
+/// `record` has the bytes that were read already.
+fn next(
+    reader: &mut impl BufRead,
+    record: &mut Vec<u8>,
+    time: &mut i64,
+) -> Result<Option<Arrival>> {
+    let mut fill = |record: &mut Vec<u8>, length: usize| {
+        let missing = length.saturating_sub(record.len()) as u64;
+        reader.take(missing).read_to_end(record)
+    };
+    fill(record, HEADER)?;
+    if record.is_empty() {
+        return Ok(None);
+    }
+    let bytes = match length(record) {
+        Some(length) => {
+            fill(record, length)?;
+            let frame = record.split_off(TIME);
+            *time = i64::from_be_bytes(record[..].try_into()?);
+            record.clear();
+            frame
+        }
+        // Search the next record.
+        None => vec![record.remove(0)],
+    };
+    Ok(Some(Arrival::new(Some(*time), bytes)))
 }
 
 /// Returns the length of a record if these bytes begin one.
