@@ -1,8 +1,10 @@
 //! Decodes frames from a file, standard input or a serial port.
 
 mod hint;
+mod recording;
 mod summary;
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,11 +17,12 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
-use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
+use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, Notation};
 use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
 use hint::Stream;
+use recording::Recording;
 use summary::Summary;
 
 /// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived, and again
@@ -37,8 +40,8 @@ pub(crate) struct Arguments {
     /// Read a file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     source: PathBuf,
-    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
-    /// discards it; bin only)
+    /// Receive with framelock (searches broken frames again) or lecture (the lecture's machine, which
+    /// discards them; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
     /// Receive these frames: a name, or a description file [default: bin]
@@ -47,33 +50,43 @@ pub(crate) struct Arguments {
     /// Write the description of the frames, and decode nothing
     #[arg(long)]
     describe: bool,
-    /// Read bytes, or hex such as 41 42 00 or 0x41,0x42
-    #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
-    input: Spelling,
-    /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none
-    #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
-    format: OutputFormat,
-    /// Write only frames of these kinds, and only their columns. The column kind shows the names.
-    /// Separate several names by commas
+    /// Read bytes, hex, csv or tlog: see below
+    #[arg(long, value_name = "NOTATION", value_enum, hide_possible_values = true)]
+    input: Option<Notation>,
+    /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none [default: as --output
+    /// ends (.csv, .txt), or jsonl]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    format: Option<OutputFormat>,
+    /// Write only frames of these kinds (see the column kind, separate several names by commas), and
+    /// only their columns
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
-    /// Write the time of each frame, in seconds since the start of the program
+    /// Write the time of each frame, in seconds since the program's start
     #[arg(long)]
     timestamps: bool,
+    /// Write units into the header of csv, such as altitude (m)
+    #[arg(long)]
+    units: bool,
     /// Write frames to FILE, replacing it, instead of standard output
-    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    #[arg(
+        long,
+        short,
+        value_name = "FILE",
+        default_value = "-",
+        hide_default_value = true
+    )]
     output: PathBuf,
-    /// Also record the bytes in FILE, which must not exist
+    /// Also record the bytes in a new FILE, with times if it ends in .hex
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// At the end, or at Ctrl-C, write a JSON object that accounts for every byte: to standard error,
-    /// or to FILE (- is standard output)
+    /// At the end, or at Ctrl-C, account for all bytes and count the frames of each kind: to standard
+    /// error, or to FILE (- is standard output)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     summary: Option<String>,
     #[command(flatten)]
     port: PortOptions,
     /// After a pause of this length, give up the incomplete frame, and write the whole frames among its
-    /// bytes. Off by default, because USB adapters send in bursts, so a frame may contain pauses
+    /// bytes. Off by default, because USB adapters make pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole(text, 1, 1_000_000).map(Duration::from_millis))]
     idle_gap: Option<Duration>,
 }
@@ -92,6 +105,15 @@ enum OutputFormat {
 }
 
 impl OutputFormat {
+    /// Returns the format of a file with this name.
+    fn of(path: &Path) -> Self {
+        match path.extension().and_then(OsStr::to_str) {
+            Some("csv") => Self::Csv,
+            Some("txt") => Self::Text,
+            _ => Self::Jsonl,
+        }
+    }
+
     /// Appends a frame to the rows.
     fn append(self, rows: &mut Vec<u8>, place: &Place, frame: &FrameWriter, bytes: &[u8]) {
         match self {
@@ -104,17 +126,18 @@ impl OutputFormat {
     }
 }
 
-/// The input of a decoder's step: bytes, a pause, or the end of the input.
+/// The input of a decoder's step: bytes, a line event, or the end of the input.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
-    Silence,
+    Event(LineEvent),
     End,
 }
 
 /// Receives frames and writes them.
 struct Decoder {
     options: Arguments,
+    format: OutputFormat,
     line: AnyLine,
     summary: Summary,
     frame: FrameWriter,
@@ -133,18 +156,23 @@ struct Decoder {
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
-    /// The time of the last arrival. `None` if the pause after this arrival has already been reported to the receiver.
-    heard: Option<Instant>,
+    /// The time of the last byte, in microseconds.
+    time: i64,
+    /// Whether a pause after the last byte has not been reported to the receiver yet.
+    is_hearing: bool,
     /// The file in which the bytes are recorded.
-    recording: Option<Output>,
+    recording: Option<Recording>,
     /// The output for the summary; `None` if no summary is wanted, or the summary has been written.
     summary_output: Option<Output>,
 }
 
 impl Decoder {
     /// Creates the decoder, and the files that it writes.
-    fn new(options: Arguments, is_live: bool) -> Result<Self> {
+    fn new(mut options: Arguments, input: &Arrivals) -> Result<Self> {
+        options.timestamps |= input.has_times;
         let protocol = &options.frame;
+        let format = options.format;
+        let format = format.unwrap_or_else(|| OutputFormat::of(&options.output));
         let mut frame = FrameWriter::new(protocol.clone());
         if !options.only.is_empty() {
             frame.only(&options.only)?;
@@ -159,28 +187,36 @@ impl Decoder {
             wanted: 0,
             beginning: Vec::new(),
             // A user who only records may not know yet which frames the line has.
-            is_hinted: options.record.is_some() && options.format == OutputFormat::None,
+            is_hinted: options.record.is_some() && format == OutputFormat::None,
+            format,
             next_look: ENOUGH,
-            is_live,
+            is_live: !input.is_file,
             start: Instant::now(),
-            heard: None,
-            recording: options
-                .record
-                .as_deref()
-                .map(Output::create_new)
-                .transpose()?,
+            time: 0,
+            is_hearing: false,
+            recording: options.record.as_deref().map(Recording::new).transpose()?,
             summary_output: options.summary_output()?,
             options,
         })
     }
 
-    fn arrive(&mut self, bytes: &[u8]) -> Result<()> {
-        self.idle()?;
-        self.heard = self.options.idle_gap.map(|_| Instant::now());
+    /// Takes an arrival. If the input has no times, the arrival has the current time.
+    fn arrive(&mut self, arrival: &Arrival) -> Result<()> {
+        let time = arrival.time.unwrap_or_else(|| self.elapsed());
+        self.idle(time)?;
         if let Some(recording) = &mut self.recording {
-            recording.write_all(bytes)?;
+            recording.write(time, arrival)?;
+        }
+        let Arrival { bytes, event, .. } = arrival;
+        if !bytes.is_empty() {
+            (self.time, self.is_hearing) = (time, true);
         }
         self.take(Step::Bytes(bytes))?;
+        if let Some(event) = *event {
+            self.is_hearing = false;
+            self.summary.count_event(event);
+            self.take(Step::Event(event))?;
+        }
         let missing = BEGINNING - self.beginning.len();
         self.beginning.extend(&bytes[..bytes.len().min(missing)]);
         let is_enough = self.summary.bytes >= self.next_look;
@@ -191,25 +227,35 @@ impl Decoder {
         Ok(())
     }
 
-    /// Reports a pause to the receiver if the pause has lasted for `idle_gap`. Returns the time until the next check.
-    fn idle(&mut self) -> Result<Duration> {
+    /// Returns the time since the start of the program, in microseconds.
+    fn elapsed(&self) -> i64 {
+        i64::try_from(self.start.elapsed().as_micros()).unwrap_or(i64::MAX)
+    }
+
+    /// Reports a pause to the receiver if no byte arrived for `idle_gap` before this time. Returns the time until the
+    /// next check. There is no pause if the time runs backwards.
+    fn idle(&mut self, now: i64) -> Result<Duration> {
         let gap = self.options.idle_gap.unwrap_or(Duration::MAX);
-        match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
-            Some(Duration::ZERO) => {
-                self.heard = None;
-                self.take(Step::Silence)?;
-                Ok(gap)
-            }
-            Some(left) => Ok(left),
-            None => Ok(gap),
+        if !self.is_hearing {
+            return Ok(gap);
         }
+        let waited = u64::try_from(now.saturating_sub(self.time)).unwrap_or(0);
+        let left = gap.saturating_sub(Duration::from_micros(waited));
+        if left.is_zero() {
+            self.is_hearing = false;
+            self.take(Step::Event(LineEvent::Idle))?;
+            return Ok(gap);
+        }
+        Ok(left)
     }
 
     /// Performs a step, and writes the frames that the step completes.
     fn take(&mut self, step: Step) -> Result<()> {
-        let format = self.options.format;
+        let format = self.format;
         let is_partial = !self.options.only.is_empty();
-        let time = self.options.timestamps.then(|| self.start.elapsed());
+        let time = self.options.timestamps.then_some(self.time);
+        let has_kinds = self.options.frame.description.has_kinds();
+        let counts_kinds = has_kinds && self.summary_output.is_some();
         let mut outcome = Ok(());
         let on_outcome = |found: Found<&[u8]>| {
             self.decided += found.bytes();
@@ -217,6 +263,9 @@ impl Decoder {
                 Found::Frame { message, .. } => message,
                 Found::Discarded { .. } => return,
             };
+            if counts_kinds {
+                self.summary.count_frame(self.frame.kind_name(bytes));
+            }
             if is_partial && !self.frame.is_wanted(bytes) {
                 return;
             }
@@ -231,11 +280,12 @@ impl Decoder {
         };
         match step {
             // Skip the outcomes, because this format writes no frames.
-            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial => {
+            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial && !counts_kinds => {
                 self.line.feed(bytes, |_| ());
             }
             Step::Bytes(bytes) => self.line.feed(bytes, on_outcome),
-            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
+            Step::Event(event) => self.line.line_event(event, on_outcome),
+            Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
         }
         self.summary.update(&self.line, matches!(step, Step::End));
         outcome?;
@@ -251,9 +301,10 @@ impl Decoder {
 
     /// Writes the header above the first frame, if the output format has a header.
     fn begin(&mut self) -> Result<()> {
-        if self.options.format == OutputFormat::Csv {
-            let has_time = self.options.timestamps;
-            self.frame.append_csv_header(&mut self.rows, has_time);
+        if self.format == OutputFormat::Csv {
+            let (has_time, has_units) = (self.options.timestamps, self.options.units);
+            self.frame
+                .append_csv_header(&mut self.rows, has_time, has_units);
         }
         self.write()
     }
@@ -301,11 +352,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         let text = arguments.frame.text.as_bytes();
         return Ok(arguments.output()?.write_all(text)?);
     }
-    check_has_no_breaks(&arguments.frame)?;
-    let input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
-    arguments.check_times(&input)?;
-    let (has_summary, has_gap) = (arguments.summary.is_some(), arguments.idle_gap.is_some());
-    let decoder = Arc::new(Mutex::new(Decoder::new(arguments, !input.is_file)?));
+    let input = Input::open(&arguments.source, &arguments.port)?;
+    let arrivals = Arrivals::new(input, arguments.input)?;
+    if arrivals.notation == Notation::Bytes {
+        check_has_no_breaks(&arguments.frame)?;
+    }
+    arguments.check_times(&arrivals)?;
+    let has_summary = arguments.summary.is_some();
+    let has_gap = arguments.idle_gap.is_some() && !arrivals.has_times;
+    let decoder = Arc::new(Mutex::new(Decoder::new(arguments, &arrivals)?));
     if has_summary {
         let decoder = Arc::clone(&decoder);
         on_interrupt(move || std::process::exit(exit_code(lock(&decoder).summarise()).into()))?;
@@ -315,7 +370,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         // This thread ends with the process.
         thread::spawn(move || {
             loop {
-                let waiting = lock(&decoder).idle();
+                let mut decoder = lock(&decoder);
+                let now = decoder.elapsed();
+                let waiting = decoder.idle(now);
+                drop(decoder);
                 match waiting {
                     Ok(time) => thread::sleep(time),
                     Err(error) => std::process::exit(exit_code(Err(error)).into()),
@@ -324,7 +382,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         });
     }
     lock(&decoder).begin()?;
-    for_each_arrival(input, |bytes| lock(&decoder).arrive(bytes))?;
+    // The recording of a live input ends with the time of its end.
+    let end = (!arrivals.has_times).then(|| Ok(Arrival::default()));
+    for arrival in arrivals.chain(end) {
+        lock(&decoder).arrive(&arrival?)?;
+    }
     let mut decoder = lock(&decoder);
     decoder.take(Step::End)?;
     decoder.summarise()
@@ -332,11 +394,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
 
 impl Arguments {
     /// Checks that no option that needs the times of the bytes is given for a file.
-    fn check_times(&self, input: &Input) -> Result<()> {
+    fn check_times(&self, input: &Arrivals) -> Result<()> {
         let option = match self {
-            _ if !input.is_file => return Ok(()),
+            _ if !input.is_file || input.has_times => return Ok(()),
             Self { timestamps, .. } if *timestamps => "--timestamps",
             Self { idle_gap, .. } if idle_gap.is_some() => "--idle-gap",
+            Self { record, .. } if record.as_deref().is_some_and(Recording::has_times) => {
+                "--record"
+            }
             _ => return Ok(()),
         };
         bail!(

@@ -3,17 +3,17 @@
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
-use std::time::Duration;
 
 use anyhow::{Result, bail};
-use framelock_description::{Column, KIND, Kind, UnknownName, Value};
+use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) offset: usize,
-    pub(crate) time: Option<Duration>,
+    /// In microseconds.
+    pub(crate) time: Option<i64>,
 }
 
 /// The parts of the output that do not change between the frames of a kind or of a view.
@@ -130,8 +130,13 @@ impl FrameWriter {
         *is_wanted || self.only.iter().any(is_named)
     }
 
-    /// Appends the header of comma-separated values.
-    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool) {
+    /// Returns the name of a frame's kind.
+    pub(crate) fn kind_name<'f>(&'f self, frame: &'f [u8]) -> &'f str {
+        self.kind_row(frame).kind.name_of(frame)
+    }
+
+    /// Appends the header of comma-separated values. With units, a column's name is followed by its unit in parentheses.
+    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool, has_units: bool) {
         row.extend(if has_time {
             &b"time,offset"[..]
         } else {
@@ -143,8 +148,21 @@ impl FrameWriter {
         for column in &self.columns {
             row.push(b',');
             row.extend(column.name.as_bytes());
+            if let Some(unit) = self.unit(column).filter(|_| has_units) {
+                row.extend(format!(" ({unit})").as_bytes());
+            }
         }
         row.push(b'\n');
+    }
+
+    /// Returns the unit of a column, if all its fields have the same.
+    fn unit(&self, column: &Column) -> Option<&str> {
+        let is_in = |field: &&Field| (0..field.values()).any(|it| field.column(it) == column.name);
+        let rows = self.kind_rows.iter();
+        let fields = rows.flat_map(|row| row.kind.varying_fields().filter(is_in));
+        let mut units = fields.map(|field| field.unit.as_deref());
+        let unit = units.next()?;
+        units.all(|other| other == unit).then_some(unit)?
     }
 
     /// Returns how to write this frame.
@@ -291,9 +309,14 @@ fn append_number(row: &mut Vec<u8>, number: usize) {
     Value::Unsigned(number as u64).append_to(row);
 }
 
-fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
+/// Appends a time in microseconds as seconds.
+#[allow(
+    clippy::cast_precision_loss,
+    reason = "times until the year 2255 are exact"
+)]
+fn append_time(row: &mut Vec<u8>, time: i64, width: usize) {
     // Writing to memory cannot fail.
-    let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
+    let _ = write!(row, "{:>width$.6}", time as f64 / 1e6);
 }
 
 /// Appends the text that `append` writes, right-aligned in a column of this width.

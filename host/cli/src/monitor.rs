@@ -14,7 +14,7 @@ use framelock_receiving::{AnyLine, Policy, Protocol, Standstill};
 use framelock_simulation::LEVEL;
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Input, for_each_arrival};
+use crate::input::{Arrivals, Input, Notation};
 use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::{Output, exit_code};
 use crate::serial::PortOptions;
@@ -52,6 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let input = Input::open(&arguments.line, &arguments.port)?;
+    let mut arrivals = Arrivals::new(input, Some(Notation::Bytes))?;
     let watch = Watch::new(FrameWriter::new(arguments.frame.clone()), line);
     let watch = Arc::new(Mutex::new(watch));
     let start = Instant::now();
@@ -67,8 +68,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     });
-    let outcome = for_each_arrival(input, |bytes| {
-        lock(&watch).receive(start.elapsed(), bytes);
+    let outcome = arrivals.try_for_each(|arrival| {
+        let bytes = arrival?.bytes;
+        lock(&watch).receive(start.elapsed(), &bytes);
         Ok(())
     });
     let report = lock(&watch).report(start.elapsed());

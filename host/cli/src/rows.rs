@@ -130,15 +130,14 @@ fn separated<'a>(
     let mut next = move || -> io::Result<Option<NumberedFields>> {
         while reader.read_byte_record(&mut bytes)? {
             // An ignored column may contain bytes that are not UTF-8.
-            let mut record = StringRecord::from_byte_record_lossy(bytes.clone());
+            let record = StringRecord::from_byte_record_lossy(bytes.clone());
             if record.iter().all(|cell| cell.trim().is_empty()) {
                 continue;
             }
             let names = match &header {
                 Some(names) => names,
-                None if record.iter().any(|name| by_name.contains_key(name.trim())) => {
-                    record.trim();
-                    header = Some(record);
+                None if names_in(&record).any(|name| by_name.contains_key(name)) => {
+                    header = Some(names_in(&record).collect());
                     continue;
                 }
                 None => header.insert(plain_names(description)),
@@ -149,6 +148,12 @@ fn separated<'a>(
         Ok(None)
     };
     std::iter::from_fn(move || next().transpose())
+}
+
+/// Returns the names in a header. A unit may follow a name, as in `altitude (m)`.
+fn names_in(header: &StringRecord) -> impl Iterator<Item = &str> {
+    let names = header.iter().map(|name| name.split(" (").next());
+    names.map(|name| name.unwrap_or_default().trim())
 }
 
 /// Returns the names of the columns of a table without a header.

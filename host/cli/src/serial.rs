@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, anyhow};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use framelock_description::text::harmless;
-use serialport::{Parity, SerialPortInfo, SerialPortType, StopBits};
+use serialport::{DataBits, Parity, SerialPortInfo, SerialPortType, StopBits};
 
 use crate::options::whole;
 use crate::output::{Output, note};
@@ -27,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 const NO_PERMISSION: &str = "this user has no permission; on most Linux systems \
      `sudo usermod -aG dialout $USER` grants it from the next login on (on some, the group is uucp: see ls -l)";
 
-/// The settings of a serial port. There are always 8 data bits.
+/// The settings of a serial port.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct PortOptions {
     /// Set the serial port's baud rate [default: 115200]
@@ -36,6 +36,9 @@ pub(crate) struct PortOptions {
     /// Set the parity: none, even or odd [default: none]
     #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
     parity: Option<Parity>,
+    /// Set the number of data bits: 7 or 8 [default: 8]
+    #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 7, 8))]
+    data_bits: Option<u8>,
     /// Set the number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
     /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
@@ -64,6 +67,7 @@ impl PortOptions {
         let given = [
             ("--baud", self.baud.is_some()),
             ("--parity", self.parity.is_some()),
+            ("--data-bits", self.data_bits.is_some()),
             ("--stop-bits", self.stop_bits.is_some()),
             ("--wait", self.wait),
         ];
@@ -75,6 +79,21 @@ impl PortOptions {
         }
     }
 
+    /// Does the same as [`check_none`](Self::check_none), but allows `--data-bits`, which recordings have too.
+    pub(crate) fn check_only_data_bits(&self, name: &str) -> Result<()> {
+        let data_bits = None;
+        Self {
+            data_bits,
+            ..self.clone()
+        }
+        .check_none(name)
+    }
+
+    /// Returns the bits of a byte that are data.
+    pub(crate) fn data_mask(&self) -> u8 {
+        0xFF >> (8 - self.data_bits())
+    }
+
     pub(crate) fn baud(&self) -> u32 {
         self.baud.unwrap_or(DEFAULT_BAUD)
     }
@@ -82,8 +101,13 @@ impl PortOptions {
     /// Returns the baud rate at which a byte in 8N1 takes the same time as a byte with these settings.
     pub(crate) fn usual_baud(&self) -> u32 {
         let more = u64::from(self.has_parity()) + u64::from(self.stop_bits == Some(2));
-        let baud = u64::from(self.baud()) * 10 / (10 + more);
+        let bits = 2 + u64::from(self.data_bits()) + more;
+        let baud = u64::from(self.baud()) * 10 / bits;
         u32::try_from(baud).unwrap_or(u32::MAX).max(1)
+    }
+
+    fn data_bits(&self) -> u8 {
+        self.data_bits.unwrap_or(8)
     }
 
     fn parity(&self) -> Parity {
@@ -104,9 +128,9 @@ impl fmt::Display for PortOptions {
             Parity::Even => 'E',
             Parity::Odd => 'O',
         };
-        match (parity, self.stop_bits.unwrap_or(1)) {
-            ('N', 1) => Ok(()),
-            (parity, stop_bits) => write!(f, " 8{parity}{stop_bits}"),
+        match (self.data_bits(), parity, self.stop_bits.unwrap_or(1)) {
+            (8, 'N', 1) => Ok(()),
+            (data_bits, parity, stop_bits) => write!(f, " {data_bits}{parity}{stop_bits}"),
         }
     }
 }
@@ -171,6 +195,10 @@ pub(crate) fn open(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     };
     let name = path.to_string_lossy();
     let port = serialport::new(name.clone(), options.baud())
+        .data_bits(match options.data_bits() {
+            7 => DataBits::Seven,
+            _ => DataBits::Eight,
+        })
         .parity(options.parity())
         .stop_bits(match options.stop_bits {
             Some(2) => StopBits::Two,

@@ -1,6 +1,6 @@
 //! Shows what a receiver does with each byte: one row per byte.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Input, for_each_arrival};
+use crate::input::{Arrivals, Input, Notation};
 use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::Output;
 use crate::serial::PortOptions;
@@ -52,8 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     out.flush()?;
     // The name of the machine takes this many columns.
     let width = label.len();
-    for_each_arrival(input, |bytes| {
-        for &byte in bytes {
+    for arrival in Arrivals::new(input, Some(Notation::Bytes))? {
+        for byte in arrival?.bytes {
             let rows: Vec<_> = machines
                 .iter_mut()
                 .map(|machine| machine.push(byte, width))
@@ -67,8 +67,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 format!("{start}{name:<width$}{end}")
             })?;
         }
-        Ok(out.flush()?)
-    })?;
+        out.flush()?;
+    }
     if arguments.frame.description.ending_event().is_some() {
         // The line is silent after the last byte.
         let events = machines[0].events(|line| line.line_event(LineEvent::Idle), width);
@@ -90,7 +90,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 impl Arguments {
     /// Returns the bytes if the arguments are hex, and otherwise opens the file.
     fn input(&self) -> Result<Input<'static>> {
-        match (hex::parse(&self.source), &*self.source) {
+        let text = self.source.join(OsStr::new(" "));
+        match (hex::parse_printed(&text.to_string_lossy()), &*self.source) {
             (Ok(bytes), _) if bytes.is_empty() => {
                 bail!("there are no bytes in the arguments: give bytes in hex such as 41 42 00 7F")
             }

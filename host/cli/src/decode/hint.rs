@@ -1,11 +1,10 @@
 //! Hints: the reason why the bytes of a stream are in no frame. A hint names only what the bytes show.
 //!
-//! The beginning of a bad stream is received in other ways: in other spellings, with other line ends, as frames of other
+//! The beginning of a bad stream is received in other ways: in other notations, with other line ends, as frames of other
 //! descriptions, and with other checksums. The hint names the first way in which nearly all bytes become frames, unless
 //! random bytes would also become frames in this way.
 
 use std::collections::HashSet;
-use std::io::Read as _;
 
 use clap::ValueEnum as _;
 use framelock::BufferedReceiver;
@@ -15,7 +14,7 @@ use framelock_formats::layout::{CheckedLayout, Checksum, Layout};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use super::summary::Summary;
-use crate::input::{Input, Spelling};
+use crate::input::{Arrivals, Input, Notation};
 
 /// A stream, and how it was received.
 pub(super) struct Stream<'s> {
@@ -111,7 +110,7 @@ impl Stream<'_> {
         None
     }
 
-    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other spellings.
+    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other notations.
     fn inputs(&self) -> Vec<(Change, Vec<u8>)> {
         let bytes = self.beginning;
         let each = |change: fn(&u8) -> u8| bytes.iter().map(change).collect();
@@ -127,14 +126,16 @@ impl Stream<'_> {
             let lines = lines.flat_map(|line| [line, end.as_bytes()].concat());
             add(&format!(" if lines ended with {name}"), lines.collect());
         }
-        // The first spelling is raw bytes.
-        for spelling in &Spelling::value_variants()[1..] {
-            let mut input = Input::new("", bytes).spelled(*spelling);
-            let mut spelled = Vec::new();
-            // After an error, `spelled` contains the bytes before the error. The last line may be incomplete.
-            let _ = input.read_to_end(&mut spelled);
-            let value = spelling.to_possible_value().expect("no spelling is hidden");
-            add(&format!(" with --input {}", value.get_name()), spelled);
+        // The first notation is raw bytes.
+        for notation in &Notation::value_variants()[1..] {
+            let arrivals = Arrivals::new(Input::new("", bytes), Some(*notation));
+            let mut noted = Vec::new();
+            // After an error, `noted` contains the bytes before the error. The last line may be incomplete.
+            for arrival in arrivals.into_iter().flatten().map_while(Result::ok) {
+                noted.extend(arrival.bytes);
+            }
+            let value = notation.to_possible_value().expect("no notation is hidden");
+            add(&format!(" with --input {}", value.get_name()), noted);
         }
         inputs
     }

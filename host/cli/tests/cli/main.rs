@@ -21,6 +21,7 @@ mod monitor;
 mod process;
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;
+mod recordings;
 mod round_trips;
 #[cfg(target_os = "linux")]
 mod send;
