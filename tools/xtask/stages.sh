@@ -153,11 +153,11 @@ archives() {
     ls "$archives"/*
 }
 
-# Checks the firmware of the sources in a folder.
-check_settings() (
+# Builds the firmware of the sources in a folder. Shares the dependencies with the images.
+build_settings() (
     bare_metal $chip
     cd "$1/firmware"
-    cargo check --locked --release --target $chip --target-dir "$1/target" --bin framelock-firmware
+    cargo build --locked --release --target $chip --target-dir "$target/firmware" --bin framelock-firmware
 )
 
 #= firmware: the firmware builds for the nRF52840 without warnings, with each set of features
