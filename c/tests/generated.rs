@@ -20,7 +20,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::compilers::{CLANGXX, GCC, assert_same, succeeds};
-use crate::difference::{FORMS, LONGEST_FIRST, SHARED_HEADER};
+use crate::descriptions::{forms, others};
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
@@ -30,119 +30,6 @@ struct Case {
     stream: Vec<Vec<u8>>,
     expected: String,
 }
-
-/// Several kinds of frames, from the guide in `docs/own-frame.md`.
-const MOTOR: &str = "
-    sync = 'AA 55'
-    length_field = { at = 2, type = 'u8', plus = 5 }
-    longest = 21
-    checksum = { name = 'CRC-16/MODBUS', type = 'u16le', at = -2, from = 2 }
-    [[kinds]]
-    name = 'measurement'
-    shortest = 11
-    fields = [
-        { name = 'number', at = 3, type = 'u8', value = 1 },
-        { name = 'position', at = 4, type = 'i16le', scale = 0.01, unit = 'deg' },
-        { name = 'current', at = 6, type = 'u16le', unit = 'mA' },
-        { name = 'temperature', at = 8, type = 'i8', unit = 'C' },
-    ]
-    [[kinds]]
-    name = 'state'
-    shortest = 7
-    fields = [
-        { name = 'number', at = 3, type = 'u8', value = 2 },
-        { name = 'state', at = 4, type = 'u8' },
-    ]
-";
-
-/// Senders leave out zero bytes at the end of the payload, as `MAVLink` 2 senders do.
-pub(crate) const TRUNCATED: &str = "
-    sync = 'FD'
-    length_field = { at = 1, type = 'u8', plus = 6 }
-    longest = 60
-    truncated_zeros = true
-    trailer = { name = 'signature', at = 2, mask = 1, bytes = 4 }
-    checksum = { name = 'CRC-16/MCRF4XX', type = 'u16le', at = -2, from = 1 }
-    fields = [
-        { name = 'flags', at = 2, type = 'u8', mask = 0xFE, value = 0 },
-        { name = 'sequence', at = 3, type = 'u8' },
-        { name = 'ms', at = 4, type = 'u32le' },
-        { name = 'large', at = 8, type = 'u64be' },
-        { name = 'signed', at = 16, type = 'i16be', count = 3 },
-        { name = 'single', at = 22, type = 'f32le' },
-        { name = 'bits', at = 26, bits = 11, count = 4 },
-        { name = 'last', at = 32, type = 'i32le', scale = 0.01 },
-        { name = 'big', at = 36, type = 'u16be' },
-    ]
-";
-
-/// Texts as motion software sends them, and other texts.
-const TEXTS: &str = "
-    [[kinds]]
-    name = 'letters'
-    sync = '41'
-    terminator = '58'
-    longest = 40
-    text = '{pitch}B{roll}C{yaw}'
-    fields = [{ name = 'pitch', decimals = 1, unit = 'deg' }, { name = 'roll', decimals = 0, names = { 0 = 'off' } }]
-    [[kinds]]
-    name = 'brackets'
-    sync = '3C'
-    terminator = '3E'
-    longest = 40
-    text = '{pitch},{roll},{yaw}'
-    fields = [{ name = 'yaw', notation = 'hex', missing = 127 }]
-    [[kinds]]
-    name = 'words'
-    sync = '3A'
-    terminator = '0D 0A | 0A'
-    content = '20-7E'
-    longest = 60
-    checksum = { name = 'xor', type = 'hex8', at = -4 }
-    text = 'P {pitch} R{roll} {mode}?'
-    fields = [{ name = 'mode', notation = 'text' }, { name = 'pitch', decimals = 9, scale = 0.5 }]
-    [[kinds]]
-    name = 'meter'
-    sync = '2F'
-    terminator = '21'
-    longest = 80
-    text = ['{}1.8.1({energy}*kWh){}', '{}21.7.0({power}*kW){}']
-    fields = [{ name = 'energy', decimals = 3 }]
-";
-
-/// Every notation of a number, and arrays of which a frame may have fewer values.
-const NOTATIONS: &str = "
-    sync = 'AA'
-    length_field = { at = 1, type = 'u8', plus = 2 }
-    longest = 90
-    fields = [
-        { name = 'digits', at = 2, type = 'i16be', notation = 'hex', scale = 0.1 },
-        { name = 'pairs', at = 6, type = 'u24le', notation = 'hex', count = 2 },
-        { name = 'price', at = 18, type = 'u24be', notation = 'bcd', missing = 0 },
-        { name = 'long', at = 21, type = 'u56le', notation = 'bcd' },
-        { name = 'nibbles', at = 28, bits = 4, notation = 'bcd', count = 2 },
-        { name = 'small', at = 29, bits = 5, notation = 'signed', count = 3 },
-        { name = 'speed', at = 31, type = 'i16le', notation = 'sign-magnitude' },
-        { name = 'bits', at = 33, bit = 3, bits = 35, notation = 'sign-magnitude' },
-        { name = 'wide', at = 38, type = 'i40be' },
-        { name = 'wider', at = 43, type = 'u48le', names = { 0 = 'none' } },
-        { name = 'double', at = 49, type = 'f64be' },
-        { name = 'channels', at = 57, type = 'u16be', count = 8 },
-        { name = 'rest', at = 73, bit = 1, bits = 9, count = 6 },
-        { name = 'power', at = 80, type = 'i8', notation = 'magnitude' },
-        { name = 'gain', at = 81, bits = 12, notation = 'magnitude', count = 2 },
-    ]
-";
-
-/// Frames that begin with an array, because they have no sync.
-const ARRAY_FIRST: &str = "
-    length = 9
-    checksum = { name = 'CRC-8', type = 'u8', at = -1 }
-    fields = [
-        { name = 'numbers', at = 0, type = 'i16le', count = 3 },
-        { name = 'small', at = 6, type = 'i8', count = 2 },
-    ]
-";
 
 impl Case {
     fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
@@ -188,16 +75,7 @@ pub(crate) fn sometimes_faulty(frame: &Vec<u8>, random: &mut ChaCha8Rng) -> Vec<
 /// Returns cases with the shipped descriptions, others, and random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
-    let others = [
-        ("motor", MOTOR),
-        ("truncated", TRUNCATED),
-        ("shared", SHARED_HEADER),
-        ("late", LONGEST_FIRST),
-        ("array_first", ARRAY_FIRST),
-        ("texts", TEXTS),
-        ("notations", NOTATIONS),
-    ];
-    let shipped = SHIPPED.iter().chain(&others).chain(FORMS);
+    let shipped = SHIPPED.iter().copied().chain(others()).chain(forms());
     let mut cases: Vec<Case> = shipped
         .map(|(name, text)| Case::new(name, text, &mut random))
         .collect();
@@ -522,7 +400,8 @@ fn in_rust(cases: &[Case]) {
     fs::create_dir_all(folder.join("src")).unwrap();
     let manifest = format!(
         "[package]\nname = 'generated'\nedition = '2024'\n\n[workspace]\n\n[dependencies]\n\
-         framelock = {{ path = '{root}/core' }}\nframelock-formats = {{ path = '{root}/formats' }}\n",
+         framelock = {{ path = '{root}/core' }}\nframelock-formats = {{ path = '{root}/formats' }}\n\n\
+         [profile.dev]\ndebug = false\nincremental = false\n",
         root = root.display()
     );
     write("Cargo.toml", &manifest);

@@ -16,6 +16,7 @@ export CLIPPY_ARGS=-Dwarnings
 # the tests, so that they need not be compiled again to run.
 everything="--workspace --all-features --exclude framelock-web-browser $lint"
 published="--package framelock --package framelock-formats"
+documented="$published --package framelock-proofs --package framelock-receiving --package framelock-simulation"
 
 # Runs tests. `cargo xtask verify` checks that at least one test runs after each of these lines.
 tests_of() { echo "tests: $*"; "$@"; }
@@ -68,26 +69,29 @@ tests() {
     tests_of cargo test $everything --all-targets --no-fail-fast --exclude framelock-firmware-tests
 }
 
+# Builds documentation in a separate folder. In the common folder, cargo would compile all dependencies again, because
+# RUSTC_BOOTSTRAP changes their build. A stable compiler accepts unstable options only with this variable.
+document() { RUSTC_BOOTSTRAP=1 cargo doc --no-deps --all-features $documented --target-dir "$target/documented"; }
+
 #= docs: the documentation builds without warnings, and its examples run
 docs() {
     tests_of cargo test $everything --doc
-    RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --all-features $published --package framelock-proofs \
-        --package framelock-receiving --package framelock-simulation
+    export RUSTDOCFLAGS=-Dwarnings
+    document
 }
 
 # Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one instead.
 #= interface: the public interface of each published package equals the committed one
 interface() {
-    # Build in a separate folder. In the common folder, cargo would compile all dependencies again, because RUSTC_BOOTSTRAP
-    # changes their build. A stable compiler accepts the unstable JSON only with this variable. docs.rs sets `docsrs`, too.
-    RUSTC_BOOTSTRAP=1 RUSTDOCFLAGS="-Dwarnings --cfg=docsrs -Zunstable-options --output-format=json" \
-        cargo doc --no-deps --lib --all-features $published --target-dir "$target/interface"
+    # docs.rs sets `docsrs`, too.
+    export RUSTDOCFLAGS="-Dwarnings --cfg=docsrs -Zunstable-options --output-format=json"
+    document
     echo "After an intended change, run: SNAPSHOTS=overwrite cargo xtask verify --only interface"
     for package in core:framelock formats:framelock_formats; do
         name=${package#*:}
-        cargo xtask interface "$target/interface/doc/$name.json" >"$target/interface/$name.txt"
-        [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/interface/$name.txt" "${package%:*}/PUBLIC-API.txt"
-        git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/interface/$name.txt"
+        cargo xtask interface "$target/documented/doc/$name.json" >"$target/documented/$name.txt"
+        [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/documented/$name.txt" "${package%:*}/PUBLIC-API.txt"
+        git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/documented/$name.txt"
     done
     note "by $(rustc --version)"
 }
@@ -163,11 +167,11 @@ archives() {
     ls "$archives"/*
 }
 
-# Checks the firmware of the sources in a folder.
-check_settings() (
+# Builds the firmware of the sources in a folder. Shares the dependencies with the images.
+build_settings() (
     bare_metal $chip
     cd "$1/firmware"
-    cargo check --locked --release --target $chip --target-dir "$1/target" --bin framelock-firmware
+    cargo build --locked --release --target $chip --target-dir "$target/firmware" --bin framelock-firmware
 )
 
 #= firmware: the firmware builds for the nRF52840 without warnings, with each set of features
