@@ -126,13 +126,16 @@ impl Kind {
             .iter()
             .filter(|field| field.text.is_none() && !(is_made && self.is_whole_text(field)));
         for field in fields {
-            let bits = match field.constant {
+            let mut bits = match field.constant {
                 Some(constant) => Bits::Numbers(vec![constant]),
                 None => match self.bits(field, &given(field))? {
                     Some(bits) => bits,
                     None => continue,
                 },
             };
+            if let Bits::Numbers(values) = &mut bits {
+                self.complete(field, values, layout.shortest)?;
+            }
             match bits {
                 Bits::Bytes(bytes) if field.is_appended => appended = bytes,
                 bits => {
@@ -252,7 +255,7 @@ impl Kind {
             given.pop();
         }
         if given.is_empty() && !field.is_array() && field.missing.is_none() {
-            reject_missing(!is_optional, field)?;
+            reject_missing(!is_optional, field, 0)?;
             return Ok(None);
         }
         let bits = given.iter().enumerate();
@@ -278,7 +281,7 @@ impl Kind {
         if values.len() < present {
             let zeros = (self.has_truncated_zeros && values.is_empty()).then_some(0);
             let missing = field.missing.and_then(|_| field.to_bits(&Json::Null).ok());
-            reject_missing(missing.or(zeros).is_none(), field)?;
+            reject_missing(missing.or(zeros).is_none(), field, values.len())?;
             values.resize(present, missing.or(zeros).unwrap_or(0));
         }
         Ok(())
@@ -352,9 +355,10 @@ impl Kind {
     }
 }
 
-fn reject_missing(is_missing: bool, field: &Field) -> Result<(), EncodeError> {
+/// Returns an error that names a value of the field if the value is missing.
+fn reject_missing(is_missing: bool, field: &Field, number: usize) -> Result<(), EncodeError> {
     if is_missing {
-        return Err(EncodeError::Missing(field.name.clone()));
+        return Err(EncodeError::Missing(field.column(number)));
     }
     Ok(())
 }

@@ -96,7 +96,7 @@ const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 
 /// The limit on the number of files of which each contains the next one.
-const MOST_FILES: usize = 8;
+const MOST_FILES: usize = 3;
 
 /// A parsed description.
 #[derive(Clone, Debug)]

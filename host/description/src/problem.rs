@@ -78,6 +78,16 @@ pub enum Mistake {
     /// An entry breaks a rule, or contradicts another entry.
     #[error("{0}")]
     Rule(&'static str),
+    /// The parts of a kind of frames contradict each other.
+    #[error("{}{message}{}", prefix(.kind.as_ref()), suffix(*.bytes))]
+    Layout {
+        /// The kind's name, if there are several kinds.
+        kind: Option<String>,
+        /// The contradiction.
+        message: &'static str,
+        /// The length that contradicts another part.
+        bytes: Option<usize>,
+    },
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
@@ -132,6 +142,14 @@ pub enum Mistake {
         /// The kind that is found instead.
         earlier: String,
     },
+}
+
+fn prefix(kind: Option<&String>) -> String {
+    kind.map_or(String::new(), |kind| format!("kind {kind}: "))
+}
+
+fn suffix(bytes: Option<usize>) -> String {
+    bytes.map_or(String::new(), |bytes| format!(" ({bytes} bytes)"))
 }
 
 impl From<&'static str> for Mistake {

@@ -87,9 +87,21 @@ impl Kind {
             parts.messages = distinguishing(&parts.fixed, header);
         }
         (parts.shortest, parts.longest) = bounds(all, parts.length, header + from_end)?;
+        let most = parts.layout().longest_without_trailer();
+        let (shortest, longest) = (parts.shortest, parts.longest);
         let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
-            let span = span_of(contradiction.part, all, &owners);
-            Located::new(span, contradiction.message)
+            let bytes = match contradiction.part {
+                layout::Part::Longest if most < longest => Some(most),
+                layout::Part::Longest if longest < shortest => Some(shortest),
+                layout::Part::Longest | layout::Part::Shortest => Some(header + from_end),
+                _ => None,
+            };
+            let mistake = Mistake::Layout {
+                kind: is_one_of_many.then(|| name.to_owned()),
+                message: contradiction.message,
+                bytes,
+            };
+            Located::new(span_of(contradiction.part, all, &owners), mistake)
         })?;
         let known = all.messages.as_ref().map(|it| it.get_ref().known.names());
         let mut kind = Self {
