@@ -1,12 +1,14 @@
 //! The walk along the fields of a frame, which finds the bytes of each field and reads its values. All output goes this
 //! way.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use crate::field::{Field, Type};
 use crate::kind::Kind;
 use crate::notation::{Notation, bcd, hex_digits};
 use crate::number::{Class, NumberType, ones};
+use crate::pattern::TextPlace;
 use crate::value::Value;
 
 impl Kind {
@@ -34,12 +36,19 @@ impl Kind {
             alone,
             length: layout.counted_length(alone),
             appended,
+            last_part: Cell::new((NOWHERE, 0)),
         }
     }
 }
 
+/// The place before all others.
+const NOWHERE: TextPlace = TextPlace {
+    pattern: usize::MAX,
+    value: 0,
+};
+
 /// The parts of a frame.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Contents<'f> {
     kind: &'f Kind,
     /// The frame without its trailer.
@@ -48,6 +57,8 @@ pub struct Contents<'f> {
     length: usize,
     /// The trailer.
     appended: &'f [u8],
+    /// The place of the last value that was found in the text, and the index of the byte after the literal that follows.
+    last_part: Cell<(TextPlace, usize)>,
 }
 
 impl<'f> Contents<'f> {
@@ -84,7 +95,7 @@ impl<'f> Contents<'f> {
             }
         };
         let bytes = match field.text {
-            Some(place) => self.kind.texts[place.pattern].find(bytes, place.value)?,
+            Some(place) => self.part(bytes, place)?,
             None => bytes,
         };
         Some(Content {
@@ -92,6 +103,23 @@ impl<'f> Contents<'f> {
             bytes,
             values,
         })
+    }
+}
+
+impl<'f> Contents<'f> {
+    /// Returns the part of the text at a place. Continues behind the last part, if that comes before.
+    fn part(&self, text: &'f [u8], place: TextPlace) -> Option<&'f [u8]> {
+        let pattern = &self.kind.texts[place.pattern];
+        let (last, from) = self.last_part.get();
+        let is_before = last.pattern == place.pattern && last.value < place.value;
+        let from = if is_before {
+            (last.value + 1, from)
+        } else {
+            pattern.start(text)?
+        };
+        let (part, next) = pattern.find(text, place.value, from)?;
+        self.last_part.set((place, next));
+        Some(part)
     }
 }
 
@@ -164,9 +192,14 @@ impl Field {
             // Treat bytes that the sender has left out as zero.
             &bytes[start.min(bytes.len())..end.min(bytes.len())]
         };
-        match self.kind {
-            Type::Number(kind) if self.notation == Notation::Hex => self.of_hex(kind, own()),
-            Type::Number(kind) => self.of_bits(self.notation, kind.bits(own())),
+        let (notation, bits) = match self.kind {
+            Type::Number(kind) if self.notation == Notation::Hex => {
+                match bits_of_hex(kind, own()) {
+                    Some(bits) => bits,
+                    None => return Value::Missing,
+                }
+            }
+            Type::Number(kind) => (self.notation, kind.bits(own())),
             Type::Bits { first, width } => {
                 let shift = (first + number * width) % 8;
                 let bits = match own() {
@@ -182,27 +215,12 @@ impl Field {
                         (all >> shift) as u64
                     }
                 };
-                self.of_bits(self.notation, bits & ones(width))
+                (self.notation, bits & ones(width))
             }
-            Type::Bytes => Value::Bytes(bytes),
-            Type::Text => self.of_text(bytes),
-        }
-    }
-
-    /// Returns the value of hex digits. The digits of each byte are in the order of the bytes.
-    fn of_hex<'a>(&'a self, kind: NumberType, digits: &[u8]) -> Value<'a> {
-        let mut bytes = [0; 8];
-        for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {
-            match hex_digits(pair).and_then(|number| u8::try_from(number).ok()) {
-                Some(number) => *byte = number,
-                None => return Value::Missing,
-            }
-        }
-        let notation = match kind.class {
-            Class::Signed => Notation::Signed,
-            _ => Notation::Unsigned,
+            Type::Bytes => return Value::Bytes(bytes),
+            Type::Text => return self.of_text(bytes),
         };
-        self.of_bits(notation, kind.bits(&bytes[..kind.bytes]))
+        self.of_bits(notation, bits)
     }
 
     /// Returns the text without its padding, or the number in the text.
@@ -220,34 +238,22 @@ impl Field {
     }
 
     /// Returns the value that these bits represent in a notation.
+    #[inline(always)]
     fn of_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
         let bits = match self.mask {
             Some(mask) => (bits & mask) >> mask.trailing_zeros(),
             None => bits,
         };
+        if self.prepared.missing == Some(bits) {
+            return Value::Missing;
+        }
         let unused = self.prepared.unused;
         let value = match notation {
+            Notation::Unsigned => Value::Unsigned(bits),
             Notation::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
-            Notation::Magnitude => {
-                Value::Unsigned(((bits << unused).cast_signed() >> unused).unsigned_abs())
-            }
-            Notation::SignMagnitude => {
-                let sign = 1 << (63 - unused);
-                let magnitude = (bits & !sign).cast_signed();
-                Value::Signed(if bits & sign == 0 {
-                    magnitude
-                } else {
-                    -magnitude
-                })
-            }
-            Notation::Bcd => match bcd(bits) {
-                Some(number) => Value::Unsigned(number),
-                None => return Value::Missing,
-            },
-            Notation::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
             #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
-            Notation::Float => Value::Float(f32::from_bits(bits as u32)),
-            _ => Value::Unsigned(bits),
+            Notation::Float if unused > 0 => Value::Float(f32::from_bits(bits as u32)),
+            _ => rarer(notation, bits, unused),
         };
         self.meaning(value)
     }
@@ -282,4 +288,34 @@ impl Field {
         let (_, name) = &self.names[place.ok()?];
         Some(Value::Text(name.as_bytes()))
     }
+}
+
+/// Returns the number that bits represent in a notation that is rare. `unused` is 64 minus the number of bits.
+#[inline(never)]
+fn rarer(notation: Notation, bits: u64, unused: usize) -> Value<'static> {
+    let signed = (bits << unused).cast_signed() >> unused;
+    let sign = 1 << (63 - unused);
+    let magnitude = (bits & !sign).cast_signed();
+    match notation {
+        Notation::Magnitude => Value::Unsigned(signed.unsigned_abs()),
+        Notation::SignMagnitude if bits & sign == 0 => Value::Signed(magnitude),
+        Notation::SignMagnitude => Value::Signed(-magnitude),
+        Notation::Bcd => bcd(bits).map_or(Value::Missing, Value::Unsigned),
+        _ => Value::Double(f64::from_bits(bits)),
+    }
+}
+
+/// Returns the bits of a number in hex digits, and the notation of the bits. The digits of each byte are in the order of
+/// the bytes.
+#[inline(never)]
+fn bits_of_hex(kind: NumberType, digits: &[u8]) -> Option<(Notation, u64)> {
+    let mut bytes = [0; 8];
+    for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {
+        *byte = u8::try_from(hex_digits(pair)?).ok()?;
+    }
+    let notation = match kind.class {
+        Class::Signed => Notation::Signed,
+        _ => Notation::Unsigned,
+    };
+    Some((notation, kind.bits(&bytes[..kind.bytes])))
 }

@@ -323,7 +323,9 @@ impl Kind {
         let text = pattern.text(&values);
         // A value that contains the literal after it would be read as another value.
         for (number, value) in pattern.values.iter().enumerate() {
-            if pattern.find(&text, number) != Some(&*values[number]) {
+            let start = pattern.start(&text);
+            let found = start.and_then(|start| pattern.find(&text, number, start));
+            if found.map(|(found, _)| found) != Some(&*values[number]) {
                 return Err(EncodeError::Determined(
                     value.name.clone().unwrap_or_default(),
                 ));

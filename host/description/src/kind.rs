@@ -244,20 +244,24 @@ impl Kind {
     /// Returns the index of the view that shows a frame; `None` if no view fits the frame's values and length.
     #[inline]
     pub(crate) fn view_of(&self, frame: &[u8]) -> Option<usize> {
-        let shows = |all: fn(&Self) -> usize| {
-            let mut views = self.views.iter();
-            views.position(|view| view.shows(frame, all(view)))
-        };
-        shows(|view| view.room.1).or_else(|| shows(|view| view.room.0))
+        let mut shown = None;
+        for (number, view) in self.views.iter().enumerate() {
+            match view.shows(frame) {
+                Some(true) => return Some(number),
+                Some(false) => shown = shown.or(Some(number)),
+                None => {}
+            }
+        }
+        shown
     }
 
-    /// Returns true if the frame has the view's bytes, and room for fields that need `least` bytes. Zeros that the sender
-    /// has left out count as present.
+    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's bytes, or
+    /// has room for no field. Zeros that the sender has left out count as present.
     #[inline]
-    fn shows(&self, frame: &[u8], least: usize) -> bool {
+    fn shows(&self, frame: &[u8]) -> Option<bool> {
         let (at, bytes) = &self.sign;
         if frame.get(*at..at + bytes.len()) != Some(bytes) {
-            return false;
+            return None;
         }
         let trailer = self
             .layout()
@@ -265,7 +269,9 @@ impl Kind {
             .map_or(0, |trailer| trailer.bytes_after(frame));
         let length = self.layout().counted_length(frame) - trailer;
         let has_text = bytes.is_empty() && !self.texts.is_empty();
-        (self.has_truncated_zeros || length >= least) && (!has_text || self.has_text(frame, length))
+        let (one, all) = self.room;
+        let has = |least: usize| self.has_truncated_zeros || length >= least;
+        (has(one) && (!has_text || self.has_text(frame, length))).then(|| has(all))
     }
 
     #[inline(never)]

@@ -89,17 +89,30 @@ impl Pattern {
         }
     }
 
-    /// Returns the bytes of a value; `None` if the text differs from the pattern before the value. If the text ends
-    /// before the literal after the value, the value reaches to the end of the text.
-    pub(crate) fn find<'t>(&self, text: &'t [u8], number: usize) -> Option<&'t [u8]> {
-        let mut rest = &text[begins(&self.first, text)?..];
-        for value in &self.values[..number] {
-            rest = &rest[end(&value.after, rest, value.notation.least(rest))?.1..];
+    /// Returns the first value and the index at which it begins; `None` if the text begins with other bytes.
+    pub(crate) fn start(&self, text: &[u8]) -> Option<(usize, usize)> {
+        Some((0, begins(&self.first, text)?))
+    }
+
+    /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from the
+    /// pattern before the value. If the text ends before that literal, the value reaches to the end of the text. `from`
+    /// is this value or an earlier one, and the index at which it begins.
+    pub(crate) fn find<'t>(
+        &self,
+        text: &'t [u8],
+        number: usize,
+        from: (usize, usize),
+    ) -> Option<(&'t [u8], usize)> {
+        let (first, mut at) = from;
+        for value in &self.values[first..number] {
+            at += value.end(text.get(at..)?)?.1;
         }
-        let value = &self.values[number];
-        let (end, _) =
-            end(&value.after, rest, value.notation.least(rest)).unwrap_or((rest.len(), 0));
-        Some(&rest[..end])
+        let rest = text.get(at..)?;
+        // No value follows, if the text ends here.
+        let (end, next) = self.values[number]
+            .end(rest)
+            .unwrap_or((rest.len(), usize::MAX - at));
+        Some((&rest[..end], at + next))
     }
 
     /// Returns the text with these values.
@@ -110,6 +123,15 @@ impl Pattern {
             text.extend(&described.after);
         }
         text
+    }
+}
+
+impl PatternValue {
+    /// Returns the index of the literal after the value in a text that begins with the value, and the index after that
+    /// literal.
+    #[inline]
+    fn end(&self, text: &[u8]) -> Option<(usize, usize)> {
+        end(&self.after, text, self.notation.least(text))
     }
 }
 

@@ -125,6 +125,12 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             }
         }
         let (at, sign) = &shown.sign;
+        // A text that identifies the frames begins with its first literal, or has this literal anywhere.
+        let literal = shown.texts.first().map(|text| match &*text.values {
+            [first, ..] if text.first.is_empty() => &first.after,
+            _ => &text.first,
+        });
+        let sign = literal.filter(|_| sign.is_empty()).unwrap_or(sign);
         frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
         let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
         let values = is_sealed.then(|| values(description, &frame))?;
