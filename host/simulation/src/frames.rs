@@ -141,10 +141,19 @@ pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Ve
     })
 }
 
-/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
-/// if the layout cannot turn the bytes into a frame.
+/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or a frame with a text of random
+/// numbers. Returns `None` if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = kind.layout();
+    if let Some(pattern) = kind.texts.first() {
+        let mut text = pattern.first.clone();
+        for value in &pattern.values {
+            text.extend(random.random_range(0..=u8::MAX).to_string().bytes());
+            text.extend(&value.after);
+        }
+        let bytes = [vec![0; kind.text_at], text, vec![0; kind.from_end]].concat();
+        return kind.frame(bytes.len(), None, |at| bytes[at]);
+    }
     let mut fields = kind.fields.iter();
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
