@@ -9,15 +9,17 @@ import json
 import math
 import os
 import random
+import re
 import struct
 import subprocess
 import sys
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from decimal import Decimal
 
 import pymavlink
 
-FRAMELOCK = sys.argv[1]
+FRAMELOCK, DIALECTS = sys.argv[1:]
 FOLDER = os.path.join(os.path.dirname(pymavlink.__file__), "dialects", "v20")
 # Each message is packed with values from anywhere in the range, with small or special values, and with zeros.
 ROUNDS = ["any", "special", "zero"]
@@ -134,6 +136,26 @@ def framelock(arguments, data=b""):
     return done.stdout
 
 
+def check_numbers(path, classes):
+    """Compares CRC_EXTRA and the lengths with those of pymavlink and of framelock's own tables."""
+    described = tomllib.loads(framelock(["decode", "--frame", path, "--describe"]).decode())["kinds"]
+    extras = {number: message.crc_extra for number, message in classes.items()}
+    with open(DIALECTS) as file:
+        table = {int(number): int(extra) for number, extra in re.findall(r"\((\d+),(\d+)\)", file.read())}
+    assert [kind["name"] for kind in described] == ["mavlink2", "mavlink1"]
+    for kind, first, most in zip(described, (10, 6), (1 << 24, 256)):
+        known = dict(kind["messages"]["known"])
+        assert known == {number: extra for number, extra in extras.items() if number < most}, kind["name"]
+        assert known.items() <= table.items(), dict(known.items() - table.items())
+        for view in kind["views"]:
+            message = classes[int.from_bytes(bytes.fromhex(view["bytes"]), "little")]
+            assert view["name"] == message.msgname, view["name"]
+            bytes_of = lambda field: field.get("count", 1) * int(field["type"].strip("uifletxb") or 8) // 8
+            end = max(field["at"] + bytes_of(field) for field in view["fields"])
+            # pymavlink also packs extensions.
+            assert end - first == message.unpacker.size or first == 6 and end - first < message.unpacker.size, view["name"]
+
+
 def check(dialect):
     module = importlib.import_module(f"pymavlink.dialects.v20.{dialect}")
     path = os.path.join(FOLDER, f"{dialect}.xml")
@@ -142,6 +164,7 @@ def check(dialect):
     chance = random.Random(67)
     classes = {number: message for number, message in module.mavlink_map.items() if number >= 0}
     assert set(classes) == set(nodes), set(classes) ^ set(nodes)
+    check_numbers(path, classes)
     packed = []
     for version in (2, 1):
         sender = module.MAVLink(None, srcSystem=7, srcComponent=9)
