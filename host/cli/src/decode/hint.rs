@@ -69,7 +69,8 @@ impl Stream<'_> {
         let bytes = self.beginning;
         let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
         let is_mostly = |(input, spelled): &(Change, Vec<u8>)| {
-            input.contains("--input") && 64 * spelled.len() > bytes.len()
+            let is_of_text = input.ends_with("hex") || input.ends_with("csv");
+            is_of_text && 64 * spelled.len() > bytes.len()
         };
         let is_number_text = is_text(bytes) && 10 * digits > 3 * bytes.len();
         self.summary.frames == 0 && is_number_text && !self.inputs().iter().any(is_mostly)

@@ -180,7 +180,7 @@ fn streams_with_other_causes() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         damaged[30 * at + usize::from(change) % 30] ^= change;
     }
     let mut wrong_digits = frames("nmea", 2, 60);
-    let lines = wrong_digits.chunks_mut(25);
+    let lines = wrong_digits.chunks_exact_mut(25);
     lines.for_each(|line| line[3] = b'0' + line[3] % 10);
     let ends = sbus.chunks(25).flat_map(|frame| frame[12..].to_vec());
     let walk = (0..2000_u16).flat_map(|n| (4000 + n / 8 * 7 % 600).to_le_bytes());
