@@ -148,12 +148,12 @@ fn each_hint_has_a_stream_for_which_it_appears() {
         ),
         (
             &["--frame=bin"],
-            b"A127B127C127XA0B255C127.5X",
+            b"P127 R127 Y12\r\nP1 R20 Y300\r\n",
             "the input looks like text with decimal numbers",
         ),
         (
             &["--frame=bin"],
-            b"<512, 512, 512>\r\n<512, 1023, -1>\r\n",
+            b"{512|512|512}{512|1023|-1}",
             "the input looks like text with decimal numbers",
         ),
     ];
