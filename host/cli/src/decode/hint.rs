@@ -1,6 +1,6 @@
 //! Hints: the reason why the bytes of a stream are in no frame. A hint names only what the bytes show.
 //!
-//! The beginning of a bad stream is received in other ways: in other spellings, with other line ends, as frames of other
+//! The beginning of a bad stream is received in other ways: in other notations, with other line ends, as frames of other
 //! descriptions, and with other checksums. The hint names the first way in which nearly all bytes become frames, unless
 //! random bytes would also become frames in this way.
 
@@ -64,7 +64,7 @@ impl Stream<'_> {
     }
 
     /// Returns true if the beginning is text that consists mostly of decimal numbers, and is neither frames nor bytes in
-    /// another spelling.
+    /// another notation.
     fn is_decimal_text(&self) -> bool {
         let bytes = self.beginning;
         let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
@@ -77,7 +77,7 @@ impl Stream<'_> {
     }
 
     /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in no
-    /// frame, the frames and the bytes are right, so only other checksums are tried.
+    /// frame, the bytes are right, so only other checksums and notations are tried.
     fn change(&self, is_bad: bool) -> Option<Change> {
         // Many descriptions fit a stream of few values, such as zeros.
         if self.beginning.iter().collect::<HashSet<_>>().len() < 4 {
@@ -96,7 +96,7 @@ impl Stream<'_> {
             }
         }
         let mut inputs = self.inputs();
-        inputs.truncate(if is_bad { inputs.len() } else { 1 });
+        inputs.retain(|(input, _)| is_bad || input.is_empty() || input.contains("--input"));
         for (frames, receive) in &receivers {
             for (input, bytes) in &inputs {
                 let received = receive(bytes);
@@ -114,7 +114,7 @@ impl Stream<'_> {
         None
     }
 
-    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other spellings.
+    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other notations.
     fn inputs(&self) -> Vec<(Change, Vec<u8>)> {
         let bytes = self.beginning;
         let each = |change: fn(&u8) -> u8| bytes.iter().map(change).collect();
