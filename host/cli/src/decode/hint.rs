@@ -54,7 +54,7 @@ impl Stream<'_> {
     fn general_advice(&self) -> &'static str {
         let needs_pauses = self.protocol.description.ending_event().is_some();
         if needs_pauses && !self.has_pauses {
-            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
+            "silence ends these frames: read a port, a live stream or a file with times, with --idle-gap"
         } else if self.is_decimal_text() {
             "the input looks like text with decimal numbers: try --frame axes-text, or describe the text (see docs/own-frame.md)"
         } else {
@@ -63,19 +63,20 @@ impl Stream<'_> {
     }
 
     /// Returns true if the beginning is text that consists mostly of decimal numbers, and is neither frames nor bytes in
-    /// another spelling.
+    /// another notation.
     fn is_decimal_text(&self) -> bool {
         let bytes = self.beginning;
         let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
         let is_mostly = |(input, spelled): &(Change, Vec<u8>)| {
-            input.contains("--input") && 64 * spelled.len() > bytes.len()
+            let is_of_text = input.ends_with("hex") || input.ends_with("csv");
+            is_of_text && 64 * spelled.len() > bytes.len()
         };
         let is_number_text = is_text(bytes) && 10 * digits > 3 * bytes.len();
         self.summary.frames == 0 && is_number_text && !self.inputs().iter().any(is_mostly)
     }
 
     /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in no
-    /// frame, the frames and the bytes are right, so only other checksums are tried.
+    /// frame, the bytes are right, so only other checksums and notations are tried.
     fn change(&self, is_bad: bool) -> Option<Change> {
         // Many descriptions fit a stream of few values, such as zeros.
         if self.beginning.iter().collect::<HashSet<_>>().len() < 4 {
@@ -86,23 +87,25 @@ impl Stream<'_> {
         for (name, _) in SHIPPED.iter().filter(|_| is_bad) {
             let shipped = Protocol::named(name).ok()?;
             let layouts = shipped.description.format().all();
-            let mut marks = layouts.iter().map(|it| (it.sync.length, it.checksum));
+            let marks = |it: &CheckedLayout| it.sync.length + it.terminator.length;
+            let has_marks = |it: &CheckedLayout| marks(it) > 0 || it.checksum.is_some();
             // Packets that may contain any bytes fit too many streams.
-            if !marks.any(|mark| mark == (0, None)) {
+            if layouts.iter().all(has_marks) {
                 receivers.push((format!(" of {name} (--frame {name})"), receiver(shipped)));
             }
         }
-        let tried = if is_bad { usize::MAX } else { 1 };
-        for (input, bytes) in self.inputs().into_iter().take(tried) {
-            for (frames, receive) in &receivers {
-                let received = receive(&bytes);
+        let mut inputs = self.inputs();
+        inputs.retain(|(input, _)| is_bad || input.is_empty() || input.contains("--input"));
+        for (frames, receive) in &receivers {
+            for (input, bytes) in &inputs {
+                let received = receive(bytes);
                 let are_nearly_all = 4 * sum_of_lengths(&received) > 3 * bytes.len();
                 // Random bytes are not text, so the user's frames in a text cannot be chance.
                 let is_text = frames.is_empty() && input.contains("--input");
                 if are_nearly_all && (is_text || !may_be_chance(&received, receive)) {
                     // If only some frames have wrong checksums, the line may have errors.
-                    let has_errors = frames == ANY_CHECKSUM && !receivers[0].1(&bytes).is_empty();
-                    let change = [&**frames, &input].concat();
+                    let has_errors = frames == ANY_CHECKSUM && !receivers[0].1(bytes).is_empty();
+                    let change = [&**frames, input].concat();
                     return Some(change).filter(|change| !change.is_empty() && !has_errors);
                 }
             }

@@ -148,12 +148,12 @@ fn each_hint_has_a_stream_for_which_it_appears() {
         ),
         (
             &["--frame=bin"],
-            b"A127B127C127XA0B255C127.5X",
+            b"P127 R127 Y12\r\nP1 R20 Y300\r\n",
             "the input looks like text with decimal numbers",
         ),
         (
             &["--frame=bin"],
-            b"<512, 512, 512>\r\n<512, 1023, -1>\r\n",
+            b"{512|512|512}{512|1023|-1}",
             "the input looks like text with decimal numbers",
         ),
     ];
@@ -180,7 +180,7 @@ fn streams_with_other_causes() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         damaged[30 * at + usize::from(change) % 30] ^= change;
     }
     let mut wrong_digits = frames("nmea", 2, 60);
-    let lines = wrong_digits.chunks_mut(25);
+    let lines = wrong_digits.chunks_exact_mut(25);
     lines.for_each(|line| line[3] = b'0' + line[3] % 10);
     let ends = sbus.chunks(25).flat_map(|frame| frame[12..].to_vec());
     let walk = (0..2000_u16).flat_map(|n| (4000 + n / 8 * 7 % 600).to_le_bytes());
