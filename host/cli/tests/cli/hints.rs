@@ -82,7 +82,34 @@ fn each_hint_has_a_stream_for_which_it_appears() {
         .flat_map(|n| [0xAA, 0x55, n, 3 * n, 7, 9, n ^ (3 * n) ^ 7 ^ 9])
         .collect();
     let nearly_all = "nearly all would be in frames";
-    let cases: [(&[&str], &[u8], &str); 17] = [
+    let mut other_end = frames("sbus", 1, 5);
+    other_end.chunks_mut(25).for_each(|frame| frame[24] = 8);
+    let row = |(number, byte): (usize, &u8)| format!("0.{number:06},0x{byte:02X},,\n");
+    let rows: String = ubx.iter().enumerate().map(row).collect();
+    let analyser = format!("Time [s],Value,Parity Error,Framing Error\n{rows}");
+    let dump_row = |(number, bytes): (usize, &[u8])| {
+        let words: Vec<_> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        format!("{:08x}: {}\n", 16 * number, words.join(" "))
+    };
+    let dump: String = ubx.chunks(16).enumerate().map(dump_row).collect();
+    let time = 1_690_000_000_000_000_u64.to_be_bytes();
+    let frame = frames("mavlink2", 1, 1);
+    let tlog = [&time[..], &frame, &time, &frame, &time, &frame].concat();
+    let cases: [(&[&str], &[u8], &str); 23] = [
+        (
+            &["--frame=sbus"],
+            &other_end,
+            " of sbus-any (--frame sbus-any)",
+        ),
+        (&["--frame=ubx"], analyser.as_bytes(), " with --input csv"),
+        (&["--frame=ubx"], dump.as_bytes(), " with --input hex"),
+        (&["--frame=mavlink"], &tlog, " with --input tlog"),
+        (&[], &tlog, " of mavlink (--frame mavlink)"),
+        (
+            &[],
+            b"A127B127C127XA0B255C127XA3B4C5X",
+            " of axes-text (--frame axes-text)",
+        ),
         (
             &["--frame=nmea"],
             BARE_SENTENCES,
