@@ -329,31 +329,25 @@ fn speed_is_stated<D: Demand + kani::Arbitrary>() {
     );
 }
 
-/// Defines a harness for three axes with demands of 8 bits. After `of_16_bits`, also defines one for two axes with demands
+/// Defines a harness for three axes with demands of 8 bits. After a number, also defines one for this many axes with demands
 /// of 16 bits.
 macro_rules! for_demands {
-    (of_16_bits: $($module:ident)*) => {
+    ($($module:ident $($axes:literal)?)*) => {
         $(mod $module {
             #[kani::proof]
-            #[kani::unwind(3)]
-            fn of_16_bits() {
-                super::check::$module::<u16, 2>();
+            #[kani::unwind(4)]
+            fn of_8_bits() {
+                super::check::$module::<u8, 3>();
             }
 
-            for_demands!(@ $module);
+            $(
+                #[kani::proof]
+                #[kani::unwind(3)]
+                fn of_16_bits() {
+                    super::check::$module::<u16, $axes>();
+                }
+            )?
         })*
-    };
-    ($($module:ident)*) => {
-        $(mod $module {
-            for_demands!(@ $module);
-        })*
-    };
-    (@ $module:ident) => {
-        #[kani::proof]
-        #[kani::unwind(4)]
-        fn of_8_bits() {
-            super::check::$module::<u8, 3>();
-        }
     };
 }
 
@@ -395,10 +389,9 @@ mod stated_speed {
     }
 }
 
-for_demands!(of_16_bits: output_is_bounded speed_is_bounded approach_is_slow approach_ends no_panic);
-
-// These count frames and ticks, whatever the demands.
+// Those without a number count frames and ticks, whatever the demands.
 for_demands!(
+    output_is_bounded 2 speed_is_bounded 2 approach_is_slow 2 approach_ends 2 no_panic 2
     clock_is_checked slow_frames_are_counted only_a_row_starts few_frames_change_nothing silence_stops
 );
 
