@@ -228,7 +228,9 @@ fn said(field: &Field, value: Value) -> String {
             let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
             bytes.concat()
         }
-        (Value::Decimal(..), None) => panic!("no scale"),
+        (Value::Decimal(..), None) | (Value::Double(_) | Value::Missing, _) => {
+            panic!("no such value is drawn")
+        }
     }
 }
 

@@ -231,51 +231,72 @@ impl Field {
             bytes = rest;
         }
         match self.notation.read(bytes) {
-            Some(text @ Value::Text(_)) => text,
+            _ if self.notation == Notation::Text => Value::Text(bytes),
             Some(number) => self.meaning(number),
             None => Value::Missing,
         }
     }
 
     /// Returns the value that these bits represent in a notation.
-    #[inline(always)]
+    #[inline]
     fn of_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
         let bits = match self.mask {
             Some(mask) => (bits & mask) >> mask.trailing_zeros(),
             None => bits,
         };
+        if self.prepared.is_special {
+            return self.of_special_bits(notation, bits);
+        }
+        self.scaled(self.number(notation, bits))
+    }
+
+    /// Does the same, if some numbers have a name or mean that there is no value.
+    #[inline(never)]
+    fn of_special_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
         if self.prepared.missing == Some(bits) {
             return Value::Missing;
         }
+        let number = self.number(notation, bits);
+        if self.prepared.missing.is_some() && self.names.is_empty() {
+            return self.scaled(number);
+        }
+        self.meaning(number)
+    }
+
+    /// Returns the number that these bits represent in a notation.
+    #[inline]
+    fn number(&self, notation: Notation, bits: u64) -> Value<'static> {
         let unused = self.prepared.unused;
-        let value = match notation {
+        match notation {
             Notation::Unsigned => Value::Unsigned(bits),
             Notation::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
             #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
             Notation::Float if unused > 0 => Value::Float(f32::from_bits(bits as u32)),
             _ => rarer(notation, bits, unused),
-        };
-        self.meaning(value)
+        }
     }
 
-    /// Returns the meaning of a number: its name, no value, or the scaled number.
     #[inline]
-    fn meaning<'a>(&'a self, number: Value<'a>) -> Value<'a> {
-        if self.prepared.is_named
-            && let Some(named) = self.special_meaning(number)
-        {
-            return named;
-        }
+    fn scaled(&self, number: Value<'static>) -> Value<'static> {
         match &self.scale {
             Some(scale) => scale.of(&number),
             None => number,
         }
     }
 
-    #[inline(never)]
-    fn special_meaning(&self, number: Value) -> Option<Value<'_>> {
-        if self.missing.is_some_and(|missing| missing.is_same(number)) {
+    /// Returns the meaning of a number: its name, no value, or the scaled number.
+    fn meaning(&self, number: Value<'static>) -> Value<'_> {
+        let special = self.prepared.is_special.then(|| self.known_meaning(number));
+        special.flatten().unwrap_or_else(|| self.scaled(number))
+    }
+
+    fn known_meaning(&self, number: Value) -> Option<Value<'_>> {
+        let missing = self.missing.filter(|_| self.prepared.missing.is_none());
+        if missing.is_some_and(|missing| missing.is_same(number)) {
             return Some(Value::Missing);
+        }
+        if self.names.is_empty() {
+            return None;
         }
         let (digits, decimals) = number.digits()?;
         let unit = 10_i128.pow(decimals);
