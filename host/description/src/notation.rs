@@ -9,7 +9,6 @@ use crate::value::Value;
 #[serde(rename_all = "kebab-case")]
 pub enum Notation {
     /// A whole number without a sign.
-    #[default]
     Unsigned,
     /// A whole number in two's complement.
     Signed,
@@ -33,15 +32,15 @@ pub enum Notation {
     /// A date in text such as `311224`, as the number 20241231.
     Date,
     /// Text, or bytes that tables show in hex.
+    #[default]
     Text,
 }
 
 impl Notation {
-    /// Reads a value from text; `None` if the text is not a number in this notation. Blanks around a number, and between
+    /// Reads a number from text; `None` if the text is not a number in this notation. Blanks around a number, and between
     /// its sign and its digits, are ignored.
-    pub(crate) fn read(self, text: &[u8]) -> Option<Value<'_>> {
+    pub(crate) fn read(self, text: &[u8]) -> Option<Value<'static>> {
         match (self, text) {
-            (Self::Text, _) => Some(Value::Text(text)),
             (Self::Hex, _) => {
                 let digits = before_blanks(after_blanks(text));
                 let is_number = (1..=16).contains(&digits.len());
@@ -60,7 +59,7 @@ impl Notation {
                 let doubled = 2 * minutes * nano / (60 * unit) + 1;
                 Some(Value::Decimal(sign * (degrees * nano + doubled / 2), 9))
             }
-            (Self::Degrees, _) => None,
+            (Self::Degrees | Self::Text, _) => None,
             _ => {
                 let (number, unit, decimals) = decimal(text)?;
                 let whole = number / unit;
@@ -145,17 +144,17 @@ pub(crate) fn hex_digits(digits: &[u8]) -> Option<u64> {
 
 /// Reads a decimal digit from each four bits; `None` if four bits are not a digit.
 pub(crate) fn bcd(bits: u64) -> Option<u64> {
-    let digits = (0..16).rev().map(|digit| bits >> (4 * digit) & 15);
-    digits.fold(Some(0), |number, digit| {
-        Some(10 * number? + Some(digit).filter(|digit| *digit < 10)?)
+    let mut digits = (0..16).rev().map(|digit| bits >> (4 * digit) & 15);
+    digits.try_fold(0, |number, digit| {
+        (digit < 10).then_some(10 * number + digit)
     })
 }
 
 /// Returns the bits with the decimal digits of a number.
 pub(crate) fn to_bcd(number: u64) -> u64 {
-    (0..16)
-        .rev()
-        .fold(0, |bits, digit| bits << 4 | number / 10_u64.pow(digit) % 10)
+    (0..16).rev().fold(0, |bits, digit| {
+        (bits << 4) | (number / 10_u64.pow(digit) % 10)
+    })
 }
 
 #[cfg(test)]
@@ -165,7 +164,6 @@ mod tests {
     #[test]
     fn parts_of_a_text_are_read_as_numbers() {
         for (notation, text, shown) in [
-            (Notation::Text, " GP ", " GP "),
             (Notation::Clock, "092725.00", "34045.00"),
             (Notation::Degrees, "4717.11399,N", "47.285233167"),
             (Notation::Degrees, "00833.91590 ,W", "-8.565265000"),

@@ -106,7 +106,7 @@ impl Value<'_> {
             (Some((one, 0)), Some((two, 0))) => one == two,
             _ => float(self)
                 .zip(float(other))
-                .is_some_and(|(one, two)| one == two || one.is_nan() && two.is_nan()),
+                .is_some_and(|(one, two)| one - two == 0.0 || one.is_nan() && two.is_nan()),
         }
     }
 
@@ -302,7 +302,9 @@ impl Scale {
         if let (Some(number), Some((factor, offset))) = (small, self.small) {
             return Value::Decimal((number * factor + offset).into(), self.decimals);
         }
-        let (digits, decimals) = number.digits().unwrap_or_default();
+        let Some((digits, decimals)) = number.digits() else {
+            return Value::Missing;
+        };
         let scale = self.with_decimals(decimals);
         Value::Decimal(scale.shown(digits), scale.decimals)
     }

@@ -140,9 +140,10 @@ const LITERALS: &[&str] = &["|", "~~", "!{{", " ^ ", "\\x0B", "|\\t"];
 impl Domain {
     /// Returns a value as tables show it.
     fn draw(&self, random: &mut ChaCha8Rng) -> Json {
-        let number = |number: i64, decimals: usize| match decimals {
-            0 => number.to_string(),
-            _ => {
+        let number = |number: i64, decimals: usize| {
+            if decimals == 0 {
+                number.to_string()
+            } else {
                 let sign = if number < 0 { "-" } else { "" };
                 let digits = format!("{:0>1$}", number.unsigned_abs(), decimals + 1);
                 let (whole, fraction) = digits.split_at(digits.len() - decimals);
