@@ -91,7 +91,7 @@ const TEXTS: &str = "
     terminator = '3E'
     longest = 40
     text = '{pitch},{roll},{yaw}'
-    fields = [{ name = 'yaw', notation = 'hex', missing = 127 }]
+    fields = [{ name = 'yaw', notation = 'hex' }]
     [[kinds]]
     name = 'words'
     sync = '3A'
@@ -118,11 +118,11 @@ const NOTATIONS: &str = "
     fields = [
         { name = 'digits', at = 2, type = 'i16be', notation = 'hex', scale = 0.1 },
         { name = 'pairs', at = 6, type = 'u24le', notation = 'hex', count = 2 },
-        { name = 'price', at = 18, type = 'u24be', notation = 'bcd', missing = 0 },
+        { name = 'price', at = 18, type = 'u24be', notation = 'bcd' },
         { name = 'long', at = 21, type = 'u56le', notation = 'bcd' },
         { name = 'nibbles', at = 28, bits = 4, notation = 'bcd', count = 2 },
         { name = 'small', at = 29, bits = 5, notation = 'signed', count = 3 },
-        { name = 'speed', at = 31, type = 'i16le', notation = 'sign-magnitude' },
+        { name = 'speed', at = 31, type = 'i16le', notation = 'sign-magnitude', missing = 257 },
         { name = 'bits', at = 33, bit = 3, bits = 35, notation = 'sign-magnitude' },
         { name = 'wide', at = 38, type = 'i40be' },
         { name = 'wider', at = 43, type = 'u48le', names = { 0 = 'none' } },
@@ -289,7 +289,7 @@ struct RawValues {
 fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     let (mut raw, mut parts) = (kind.clone(), kind.clone());
     for field in &mut raw.fields {
-        (field.scale, field.missing) = (None, None);
+        field.scale = None;
         field.names.clear();
     }
     for field in &mut parts.fields {
@@ -312,10 +312,7 @@ fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     {
         return None;
     }
-    let mut shown = RawValues {
-        has_empty: kind.values(frame).count() < raw.values(frame).count(),
-        ..RawValues::default()
-    };
+    let mut shown = RawValues::default();
     for field in raw.varying_fields().filter(|it| !is_repeated(kind, it)) {
         let numbers = match raw.contents(frame).of(field) {
             // Degrees, times and texts stay texts.
@@ -323,7 +320,9 @@ fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
                 bytes(&part(&field.name)?)
             }
             Some(content) => {
-                shown.has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
+                let value = content.value();
+                shown.has_empty |=
+                    matches!(value, Value::Bytes([]) | Value::Text([]) | Value::Missing);
                 let numbers = content
                     .values()
                     .map(|value| said(field, value, &mut shown.is_rounded));
@@ -401,7 +400,8 @@ fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
             format!(" {}", i32::try_from(rounded).ok()?)
         }
         Value::Bytes(all) | Value::Text(all) => bytes(all),
-        Value::Missing => return None,
+        // A number that means "missing" is readable. No field here may be both missing and unreadable.
+        Value::Missing => said(field, field.missing?, is_rounded)?,
     })
 }
 
