@@ -378,7 +378,8 @@ fn is_number_in_text(field: &Field) -> bool {
 }
 
 fn bytes(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!(" {byte}")).collect()
+    let numbers: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
+    numbers.concat()
 }
 
 /// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if it is no number.
