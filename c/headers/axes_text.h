@@ -174,6 +174,19 @@ static inline void axes_text_clear(void *object, size_t size)
     }
 }
 
+/* Returns the value of a hexadecimal digit, or 16 for any other character. */
+static inline uint8_t axes_text_digit(uint8_t digit)
+{
+    if ((digit >= 0x30U) && (digit <= 0x39U)) {
+        return (uint8_t)(digit - 0x30U);
+    }
+    digit = (uint8_t)(digit | 0x20U); /* lower case */
+    if ((digit >= 0x61U) && (digit <= 0x66U)) {
+        return (uint8_t)(digit - 0x57U);
+    }
+    return 16U;
+}
+
 /* Returns the address of the first byte of a text that is no blank, or the text's end. */
 static inline const uint8_t *axes_text_blanks(const uint8_t *text, const uint8_t *end)
 {
@@ -227,7 +240,7 @@ static inline bool axes_text_decimal(const uint8_t *text, const uint8_t *end, ui
     bool is_number = true;
 
     for (text = axes_text_sign(text, end); (text != end) && (*text != 0x20U); text++) {
-        const uint8_t digit = (uint8_t)(*text - 0x30U);
+        const uint8_t digit = axes_text_digit(*text);
 
         if ((*text == 0x2EU) && !has_point) {
             has_point = true;
@@ -237,20 +250,22 @@ static inline bool axes_text_decimal(const uint8_t *text, const uint8_t *end, ui
             others++;
         } else {
             is_number = is_number && (digit <= 9U) && (sum <= 214748364U);
-            sum = 10U * sum + digit;
+            sum = is_number ? 10U * sum + digit : 0U;
             decimals = (uint8_t)(decimals - (has_point ? 1U : 0U));
             count++;
         }
     }
     for (; decimals > 0U; decimals--) {
         is_number = is_number && (sum <= 214748364U);
-        sum *= 10U;
+        sum = is_number ? 10U * sum : 0U;
     }
     count = (uint16_t)(count + others);
     sum += is_up ? 1U : 0U;
-    *number = (int32_t)(is_negative ? 0U - sum : sum);
-    return is_number && (count > 0U) && (count <= 18U) && (sum <= (is_negative ? 2147483648U : 2147483647U))
-        && (axes_text_blanks(text, end) == end);
+    is_number = is_number && (count > 0U) && (count <= 18U) && (sum <= (is_negative ? 2147483648U : 2147483647U));
+    if (is_number) {
+        *number = (is_negative && (sum > 0U)) ? -(int32_t)(sum - 1U) - 1 : (int32_t)sum;
+    }
+    return is_number && (axes_text_blanks(text, end) == end);
 }
 
 /* Writes bytes at index `*at`, as far as there is room, and moves `*at` past them. */

@@ -167,7 +167,7 @@ struct RawValues {
 fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     let (mut raw, mut parts) = (kind.clone(), kind.clone());
     for field in &mut raw.fields {
-        (field.scale, field.missing) = (None, None);
+        field.scale = None;
         field.names.clear();
     }
     for field in &mut parts.fields {
@@ -190,10 +190,7 @@ fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     {
         return None;
     }
-    let mut shown = RawValues {
-        has_empty: kind.values(frame).count() < raw.values(frame).count(),
-        ..RawValues::default()
-    };
+    let mut shown = RawValues::default();
     for field in raw.varying_fields().filter(|it| !is_repeated(kind, it)) {
         let numbers = match raw.contents(frame).of(field) {
             // Degrees, times and texts stay texts.
@@ -201,7 +198,9 @@ fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
                 bytes(&part(&field.name)?)
             }
             Some(content) => {
-                shown.has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
+                let value = content.value();
+                shown.has_empty |=
+                    matches!(value, Value::Bytes([]) | Value::Text([]) | Value::Missing);
                 let numbers = content
                     .values()
                     .map(|value| said(field, value, &mut shown.is_rounded));
@@ -257,7 +256,8 @@ fn is_number_in_text(field: &Field) -> bool {
 }
 
 fn bytes(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!(" {byte}")).collect()
+    let numbers: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
+    numbers.concat()
 }
 
 /// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if it is no number.
@@ -279,7 +279,8 @@ fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
             format!(" {}", i32::try_from(rounded).ok()?)
         }
         Value::Bytes(all) | Value::Text(all) => bytes(all),
-        Value::Missing => return None,
+        // A number that means "missing" is readable. No field here may be both missing and unreadable.
+        Value::Missing => said(field, field.missing?, is_rounded)?,
     })
 }
 

@@ -283,16 +283,20 @@ impl Item {
             Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
-        let in_text = field.text.is_some();
+        let has_text_place = field.text.is_some();
         let is_text = field.is_bytes()
-            && !(in_text && matches!(field.notation, Notation::Decimal | Notation::Hex));
+            && !(has_text_place && matches!(field.notation, Notation::Decimal | Notation::Hex));
         let class = match field.class() {
             Class::Signed if is_text => 'u',
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let width = if in_text { 32 } else { field.value_width() };
+        let width = if has_text_place {
+            32
+        } else {
+            field.value_width()
+        };
         let type_width = width.next_power_of_two().max(8);
         Self {
             described_name: field.name.clone(),
@@ -311,7 +315,7 @@ impl Item {
             type_width,
             is_narrow_signed: class == 'i' && width < type_width,
             values: None,
-            in_text,
+            in_text: has_text_place,
             notation: format!("{:?}", field.notation),
             decimals: field.decimals.unwrap_or_default(),
             is_fallible: is_fallible(field),
