@@ -1,11 +1,13 @@
 //! Writes frames for people and programs: as JSON, comma-separated values, or columns of text. Each value is appended
 //! to a row, digit by digit.
 
+use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
+use std::ops::Range;
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
+use framelock_description::{Column, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
@@ -20,43 +22,43 @@ pub(crate) struct Place {
 struct KindRow {
     kind: Kind,
     is_wanted: bool,
-    /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
-    /// index is `None` for columns of fields that this kind lacks.
-    cells: Vec<(Option<usize>, usize)>,
+    /// The groups of columns that are written together: the index of a field, and the numbers of its values. There is no
+    /// field for columns that this kind lacks.
+    cells: Vec<(Option<usize>, Range<usize>)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
 }
 
 impl KindRow {
     fn new(kind: &Kind, columns: &[Column], is_wanted: bool) -> Self {
-        let arrays = columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array);
-        let arrays = arrays.filter(|columns| columns[0].name != KIND);
-        let cells = arrays.map(|columns| {
-            let name = field_name(&columns[0]);
-            let has_name = |field: &Field| field.name == *name && field.constant.is_none();
-            (kind.fields.iter().position(has_name), columns.len())
-        });
-        // Merge consecutive empty cells, so that they are written together.
-        let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
-        for cell in cells {
-            match (merged.last_mut(), cell) {
-                (Some((None, before)), (None, columns)) => *before += columns,
-                _ => merged.push(cell),
+        let mut places = HashMap::new();
+        for (index, field) in kind.fields.iter().enumerate() {
+            let values = (0..field.values()).filter(|_| field.constant.is_none());
+            places.extend(values.map(|number| (field.column(number), (index, number))));
+        }
+        let mut cells: Vec<(Option<usize>, Range<usize>)> = Vec::new();
+        for column in columns.iter().filter(|column| column.name != KIND) {
+            let (field, number) = places.get(&column.name).copied().unzip();
+            match cells.last_mut() {
+                Some((before, values))
+                    if *before == field && number.is_none_or(|number| values.end == number) =>
+                {
+                    values.end += 1;
+                }
+                _ => {
+                    let number = number.unwrap_or(0);
+                    cells.push((field, number..number + 1));
+                }
             }
         }
         let names = kind.varying_fields().map(|field| &field.name);
         Self {
             kind: kind.clone(),
             is_wanted,
-            cells: merged,
+            cells,
             json_names: names.map(|name| format!(",\"{name}\":")).collect(),
         }
     }
-}
-
-/// Returns the name of the field whose value is in a column.
-fn field_name(column: &Column) -> &String {
-    column.array.as_ref().unwrap_or(&column.name)
 }
 
 /// Writes the frames of a protocol.
@@ -109,15 +111,14 @@ impl FrameWriter {
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || {
-            description
-                .kinds_and_views()
-                .filter(|kind| kind.has_name(&is_wanted))
-        };
-        self.columns.retain(|column| {
-            let has_name = |field: &Field| field.name == *field_name(column);
-            column.name == KIND || wanted().any(|kind| kind.varying_fields().any(has_name))
-        });
+        let kinds = description.kinds_and_views();
+        let wanted = kinds.filter(|kind| kind.has_name(&is_wanted));
+        let fields = wanted.flat_map(Kind::varying_fields);
+        let names: HashSet<String> = fields
+            .flat_map(|field| (0..field.values()).map(|number| field.column(number)))
+            .collect();
+        self.columns
+            .retain(|column| column.name == KIND || names.contains(&column.name));
         let kinds = description.kinds_and_views();
         let rows = kinds.map(|kind| KindRow::new(kind, &self.columns, is_wanted(&kind.name)));
         self.kind_rows = rows.collect();
@@ -176,22 +177,26 @@ impl FrameWriter {
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         let contents = kind.contents(frame);
-        for &(number, columns) in &row_parts.cells {
+        for (number, numbers) in &row_parts.cells {
             match number.and_then(|number| contents.of(&kind.fields[number])) {
-                Some(content) if columns == 1 => {
+                Some(content) if numbers.end == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
                 }
                 Some(content) => {
-                    let mut rest = columns;
-                    for value in content.values() {
+                    let mut rest = numbers.len();
+                    let mut values = content.values();
+                    if numbers.start > 0 {
+                        values.nth(numbers.start - 1);
+                    }
+                    for value in values.take(numbers.len()) {
                         row.push(b',');
                         append_cell(row, &value);
                         rest -= 1;
                     }
                     row.resize(row.len() + rest, b',');
                 }
-                None => row.resize(row.len() + columns, b','),
+                None => row.resize(row.len() + numbers.len(), b','),
             }
         }
         row.push(b'\n');

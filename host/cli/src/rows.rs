@@ -1,5 +1,6 @@
 //! Makes frames from rows of comma-separated values or JSON, one frame per row.
 
+use std::collections::HashMap;
 use std::io::{self, BufRead, BufReader, Read};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -13,6 +14,9 @@ use crate::options::check_has_no_breaks;
 
 /// The values of a row, by the names of their columns or fields.
 type Fields = Map<String, Value>;
+
+/// The columns of a description, by their names.
+type ByName<'a> = HashMap<&'a str, &'a Column>;
 
 /// The line number of a row, and its fields or an error.
 type NumberedFields = (u64, Result<Fields>);
@@ -34,6 +38,7 @@ pub(crate) fn rows<'a>(
     }
     let input = io::Cursor::new(beginning).chain(input);
     let description = &frame.description;
+    let by_name = columns_by_name(description);
     let lines: Box<dyn Iterator<Item = io::Result<NumberedFields>> + 'a> = if is_json {
         Box::new(json_lines(input))
     } else {
@@ -42,7 +47,7 @@ pub(crate) fn rows<'a>(
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
         let row = fields.and_then(|fields| {
-            let frame = description.encode(&values(&description.columns, &fields)?)?;
+            let frame = description.encode(&values(&description.columns, &by_name, &fields)?)?;
             let sent = description.sent(&frame);
             sent.context("no packet has these values")
         });
@@ -70,23 +75,25 @@ fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, bool)> {
 }
 
 /// Returns the values in the order of the columns. A field may have all values of an array. Unknown fields are ignored.
-fn values(columns: &[Column], fields: &Fields) -> Result<Vec<Option<Value>>> {
-    let mut values = Vec::with_capacity(columns.len());
-    for group in columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array) {
-        let name = group[0].array.as_ref().unwrap_or(&group[0].name);
-        if let Some(Value::Array(array)) = fields.get(name) {
-            let (given, most) = (array.len(), group.len());
-            ensure!(
-                given <= most,
-                "{name} has {given} values, but at most {most} fit"
-            );
-            values.extend(array.iter().cloned().map(Some));
-            values.extend(std::iter::repeat_n(None, most - given));
-        } else {
-            values.extend(group.iter().map(|column| fields.get(&column.name).cloned()));
-        }
+fn values(columns: &[Column], by_name: &ByName, fields: &Fields) -> Result<Vec<Option<Value>>> {
+    let mut cells = HashMap::new();
+    for (name, value) in fields {
+        let Value::Array(array) = value else {
+            cells.insert(name.clone(), value);
+            continue;
+        };
+        let columns = (1..).map(|number| format!("{name}{number}"));
+        let columns = columns.take_while(|column| by_name.contains_key(&**column));
+        let columns: Vec<String> = columns.collect();
+        let (given, most) = (array.len(), columns.len());
+        ensure!(
+            given <= most || most == 0,
+            "{name} has {given} values, but at most {most} fit"
+        );
+        cells.extend(columns.into_iter().zip(array));
     }
-    Ok(values)
+    let value = |column: &Column| cells.get(&column.name).copied().cloned();
+    Ok(columns.iter().map(value).collect())
 }
 
 /// Reads a text with one JSON object per line.
@@ -119,6 +126,7 @@ fn separated<'a>(
         .terminator(Terminator::Any(b'\n'))
         .from_reader(input.chain(&b"\n"[..]));
     let (mut header, mut bytes) = (None, ByteRecord::new());
+    let by_name = columns_by_name(description);
     let mut next = move || -> io::Result<Option<NumberedFields>> {
         while reader.read_byte_record(&mut bytes)? {
             // An ignored column may contain bytes that are not UTF-8.
@@ -128,17 +136,14 @@ fn separated<'a>(
             }
             let names = match &header {
                 Some(names) => names,
-                None if record
-                    .iter()
-                    .any(|name| column(description, name.trim()).is_some()) =>
-                {
+                None if record.iter().any(|name| by_name.contains_key(name.trim())) => {
                     record.trim();
                     header = Some(record);
                     continue;
                 }
                 None => header.insert(plain_names(description)),
             };
-            let fields = separated_fields(&record, names, description);
+            let fields = separated_fields(&record, names, &by_name, description);
             return Ok(Some((reader.position().line() - 1, fields)));
         }
         Ok(None)
@@ -152,14 +157,15 @@ fn plain_names(description: &Description) -> StringRecord {
     plain.into_iter().map(|column| &*column.name).collect()
 }
 
-fn column<'a>(description: &'a Description, name: &str) -> Option<&'a Column> {
-    let mut columns = description.columns.iter();
-    columns.find(|column| column.name == name)
+fn columns_by_name(description: &Description) -> ByName<'_> {
+    let columns = description.columns.iter();
+    columns.map(|column| (&*column.name, column)).collect()
 }
 
 fn separated_fields(
     record: &StringRecord,
     names: &StringRecord,
+    by_name: &ByName,
     description: &Description,
 ) -> Result<Fields> {
     if record.len() != names.len() {
@@ -174,7 +180,7 @@ fn separated_fields(
     let mut fields = Fields::new();
     for (name, text) in names.iter().zip(record) {
         // The blanks of a text belong to the text. Some spreadsheets end a line with CR LF.
-        let text = match column(description, name) {
+        let text = match by_name.get(name) {
             Some(column) if column.is_text && column.name != KIND => {
                 text.strip_suffix('\r').unwrap_or(text)
             }

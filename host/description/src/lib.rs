@@ -93,7 +93,7 @@ const LONGEST_TEXT: usize = 1 << 20;
 
 /// The limits on the number of kinds in a description, and on the number of values in a row.
 const MOST_KINDS: usize = 100;
-const MOST_COLUMNS: usize = 10_000;
+const MOST_COLUMNS: usize = 40_000;
 
 /// The limit on the number of files of which each contains the next one.
 const MOST_FILES: usize = 3;
@@ -398,7 +398,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The greatest number of values of each name. If several kinds share an array, they share all of its columns.
+    // The greatest number of values of each array. The first kind with an array gets all columns, side by side.
     let mut counts = HashMap::<(&str, bool), usize>::new();
     for field in all().flat_map(Kind::varying_fields) {
         let count = counts.entry((&field.name, field.is_array())).or_default();
@@ -410,32 +410,25 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            if counts.contains_key(&(&*field.name, !field.is_array())) {
-                return Err(same_name(
-                    "kinds have an array and a single value",
-                    &field.name,
-                ));
-            }
-            for number in 0..counts[&(&*field.name, field.is_array())] {
-                let column = Column {
-                    name: field.column(number),
-                    array: field.is_array().then(|| field.name.clone()),
-                    is_text: field.is_text(),
-                };
+            let count = counts.remove(&(&*field.name, field.is_array()));
+            for number in 0..count.unwrap_or(field.values()) {
+                let name = field.column(number);
                 // The header of a table may be in capitals.
-                if !own.insert(column.name.to_ascii_lowercase()) {
-                    return Err(same_name("values are", &column.name));
+                if number < field.values() && !own.insert(name.to_ascii_lowercase()) {
+                    return Err(same_name("values are", &name));
                 }
-                match places.get(&column.name) {
-                    Some(&place) if columns[place].array == column.array => {
-                        columns[place].is_text |= column.is_text;
-                    }
-                    Some(_) => return Err(same_name("kinds have different values", &column.name)),
-                    None => {
-                        places.insert(column.name.clone(), columns.len());
-                        columns.push(column);
-                    }
+                let is_text = field.is_text();
+                if let Some(&place) = places.get(&name) {
+                    columns[place].is_text |= is_text;
+                    continue;
                 }
+                places.insert(name.clone(), columns.len());
+                let array = field.is_array().then(|| field.name.clone());
+                columns.push(Column {
+                    name,
+                    array,
+                    is_text,
+                });
             }
         }
     }
