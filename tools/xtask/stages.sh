@@ -225,12 +225,13 @@ statistics() {
     tests_of cargo test --package framelock-simulation
 }
 
-#= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink
+#= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; MAVLink's messages have the names and values of pymavlink
 tables() {
     python_with pandas==3.1.1 polars==2.1.0 pymavlink==2.4.50
     cargo build --package framelock-host
     "$python" host/cli/tests/tables.py "$target/debug/framelock" host/cli/tests/recordings.txt
     "$python" host/description/tests/message_names.py host/description/src/message_names.txt formats/src/dialects.rs
+    "$python" host/cli/tests/mavlink.py "$target/debug/framelock" formats/src/dialects.rs
 }
 
 #= generated (--all): code generated from two hundred random descriptions

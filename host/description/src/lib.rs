@@ -41,6 +41,7 @@
     clippy::missing_panics_doc,
     reason = "an index out of range is a bug, which must not become an empty field"
 )]
+#![allow(clippy::doc_markdown, reason = "MAVLink is a name")]
 
 mod checksum;
 mod contents;
@@ -51,6 +52,7 @@ mod field;
 pub mod hex;
 mod kind;
 mod layouts;
+mod mavlink_xml;
 mod messages;
 mod notation;
 mod number;
@@ -329,11 +331,22 @@ impl Description {
     }
 }
 
-/// Reads the text of a description from a file.
+/// Reads the text of a description from a file. A definition of MAVLink's messages, in XML, becomes a description.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
+/// reads more than the limit.
 pub fn read(path: &Path) -> Result<String, ReadError> {
+    let text = read_text(path)?;
+    let beginning = text.trim_start_matches('\u{FEFF}').trim_start();
+    if beginning.starts_with('<') {
+        return mavlink_xml::description(path, &text);
+    }
+    Ok(text)
+}
+
+/// Reads a text from a file.
+pub(crate) fn read_text(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let read = File::open(path)

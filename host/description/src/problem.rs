@@ -246,6 +246,28 @@ pub enum ReadError {
     /// The file is not text.
     #[error("{0} is not text: a description is a TOML file")]
     NotText(String),
+    /// The file begins like XML, but is not XML.
+    #[error("{name}: {error}")]
+    Xml {
+        /// The name of the file.
+        name: String,
+        /// The error of the parser.
+        error: roxmltree::Error,
+    },
+    /// The XML file has no message.
+    #[error("{0} is XML without a message of MAVLink; other descriptions are TOML files")]
+    NoMessage(String),
+    /// A message of MAVLink's definition has a mistake.
+    #[error(
+        "{file}, message {name:?}: a message has a name, an id that no other message has, and fields of at most 255 bytes; a \
+         field has a name, and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]"
+    )]
+    Message {
+        /// The name of the file, which may include the file of the message.
+        file: String,
+        /// The name of the message.
+        name: String,
+    },
 }
 
 /// Values that no frame has.
