@@ -3,9 +3,10 @@
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
+use std::ops::Range;
 
 use anyhow::{Result, bail};
-use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
+use framelock_description::{Column, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
@@ -21,9 +22,9 @@ pub(crate) struct Place {
 struct KindRow {
     kind: Kind,
     is_wanted: bool,
-    /// The groups of columns that are written together: the index of their field, the number of the field's first value
-    /// in them, and the number of columns. There is no field for columns that this kind lacks.
-    cells: Vec<(Option<(usize, usize)>, usize)>,
+    /// The groups of columns that are written together: the index of a field, and the numbers of its values. There is no
+    /// field for columns that this kind lacks.
+    cells: Vec<(Option<usize>, Range<usize>)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
 }
@@ -35,17 +36,19 @@ impl KindRow {
             let values = (0..field.values()).filter(|_| field.constant.is_none());
             places.extend(values.map(|number| (field.column(number), (index, number))));
         }
-        let mut cells: Vec<(Option<(usize, usize)>, usize)> = Vec::new();
+        let mut cells: Vec<(Option<usize>, Range<usize>)> = Vec::new();
         for column in columns.iter().filter(|column| column.name != KIND) {
-            let place = places.get(&column.name).copied();
-            match (cells.last_mut(), place) {
-                (Some((None, columns)), None) => *columns += 1,
-                (Some((Some((field, first)), columns)), Some((other, number)))
-                    if *field == other && *first + *columns == number =>
+            let (field, number) = places.get(&column.name).copied().unzip();
+            match cells.last_mut() {
+                Some((before, values))
+                    if *before == field && number.is_none_or(|number| values.end == number) =>
                 {
-                    *columns += 1;
+                    values.end += 1;
                 }
-                _ => cells.push((place, 1)),
+                _ => {
+                    let number = number.unwrap_or(0);
+                    cells.push((field, number..number + 1));
+                }
             }
         }
         let names = kind.varying_fields().map(|field| &field.name);
@@ -192,27 +195,26 @@ impl FrameWriter {
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         let contents = kind.contents(frame);
-        for &(place, columns) in &row_parts.cells {
-            let content = |(field, first)| Some((contents.of(&kind.fields[field])?, first));
-            match place.and_then(content) {
-                Some((content, 0)) if columns == 1 => {
+        for (number, numbers) in &row_parts.cells {
+            match number.and_then(|number| contents.of(&kind.fields[number])) {
+                Some(content) if numbers.end == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
                 }
-                Some((content, first)) => {
-                    let mut rest = columns;
+                Some(content) => {
+                    let mut rest = numbers.len();
                     let mut values = content.values();
-                    if first > 0 {
-                        values.nth(first - 1);
+                    if numbers.start > 0 {
+                        values.nth(numbers.start - 1);
                     }
-                    for value in values.take(columns) {
+                    for value in values.take(numbers.len()) {
                         row.push(b',');
                         append_cell(row, &value);
                         rest -= 1;
                     }
                     row.resize(row.len() + rest, b',');
                 }
-                None => row.resize(row.len() + columns, b','),
+                None => row.resize(row.len() + numbers.len(), b','),
             }
         }
         row.push(b'\n');

@@ -41,6 +41,7 @@
     clippy::missing_panics_doc,
     reason = "an index out of range is a bug, which must not become an empty field"
 )]
+#![allow(clippy::doc_markdown, reason = "MAVLink is a name")]
 
 mod checksum;
 mod contents;

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use roxmltree::{Document, Node};
 
 use crate::problem::ReadError;
-use crate::{read_text, shipped};
+use crate::{hex, read_text, shipped};
 
 /// The types of values in a definition, each with the same type of a description.
 const TYPES: &str = "char text, uint8_t u8, uint8_t_mavlink_version u8, int8_t i8, uint16_t u16le, int16_t i16le, \
@@ -91,8 +91,8 @@ pub(crate) fn description(path: &Path, text: &str) -> Result<String, ReadError> 
     if definition.messages.is_empty() {
         return Err(ReadError::NoMessage(path.display().to_string()));
     }
-    let name = path.file_name().unwrap_or_default();
-    let first = format!("# MAVLink 2 and 1 with the messages of {name:?}\n");
+    let name = path.file_stem().unwrap_or_default().display();
+    let first = format!("# MAVLink 2 and 1 with the messages of {name}\n");
     Ok([first, definition.kind(2), definition.kind(1)].concat())
 }
 
@@ -160,30 +160,30 @@ impl<'d> Definition<'d> {
     /// Returns the description of the frames of a version, or an empty text if the version has none of the messages.
     fn kind(&self, version: u8) -> String {
         let (at, width, first) = if version == 1 { (5, 1, 6) } else { (7, 3, 10) };
-        let (mut known, mut views) = (String::new(), String::new());
+        let (mut known, mut views) = (Vec::new(), Vec::new());
         for (number, message) in self.messages.range(..1 << (8 * width)) {
             let (name, base) = (message.name, &message.fields[..message.base]);
             let fields = if version == 1 { base } else { &message.fields };
             // Without a largest length, because later definitions may add extensions to a message.
-            known += &format!("\n    [{number}, {}],", extra(name, base));
-            let bytes = &number.to_le_bytes()[..width];
-            let bytes: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-            views += &format!("\n[[kinds.views]]\nname = {name:?}\nat = {at}\n");
-            views += &format!("bytes = {bytes:?}\nfields = [\n");
-            for (index, field) in fields.iter().enumerate() {
+            known.push(format!("\n    [{number}, {}],", extra(name, base)));
+            let bytes = hex::glued(&number.to_le_bytes()[..width]);
+            let begin = format!("[[kinds.views]]\nname = {name:?}\nat = {at}\nbytes = {bytes:?}");
+            let fields = fields.iter().enumerate().map(|(index, field)| {
                 let at = first + length(&fields[..index]);
-                views += &format!("    {{ {} }},\n", self.keys(field, at).join(", "));
-            }
-            views += "]\n";
+                format!("    {{ {} }},\n", self.keys(field, at).join(", "))
+            });
+            let fields: String = fields.collect();
+            views.push(format!("\n{begin}\nfields = [\n{fields}]\n"));
         }
         if known.is_empty() {
-            return known;
+            return String::new();
         }
         let name = format!("mavlink{version}");
         let shipped = shipped(&name).expect("both versions are shipped");
         let (parts, _) = shipped.split_once("\n# The values").expect("views follow");
-        let parts = parts.replace("known = \"ardupilotmega\"", &format!("known = [{known}\n]"));
-        format!("\n[[kinds]]\nname = {name:?}\n{parts}{views}")
+        let known = format!("known = [{}\n]", known.concat());
+        let parts = parts.replace("known = \"ardupilotmega\"", &known);
+        format!("\n[[kinds]]\nname = {name:?}\n{parts}{}", views.concat())
     }
 
     /// Returns the keys of a field in a description.
