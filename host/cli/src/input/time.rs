@@ -43,7 +43,7 @@ impl Times {
         // Numbers with commas between them are no times, unless one has more digits than bytes have.
         let is_long = has_fraction && found["fraction"].len() > 3;
         let is_number = is_marked || !found["seconds"].contains(',') && (is_long || !has("comma"));
-        if has("open") != has("close") || !is_clock && !(has_fraction && is_number) {
+        if has("open") != has("close") || !(is_clock || has_fraction && is_number) {
             return Ok(None);
         }
         let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
