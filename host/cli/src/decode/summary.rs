@@ -43,6 +43,7 @@ impl Summary {
     }
 
     /// Counts a frame of a kind.
+    #[cold]
     pub(super) fn count_frame(&mut self, kind: &str) {
         *self.kinds.entry(kind.to_owned()).or_default() += 1;
     }

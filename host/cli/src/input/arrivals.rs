@@ -7,7 +7,7 @@
 //!  MAVLink's .tlog (tlog) ─────────────────────────┘
 //! ```
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::iter::{Peekable, from_fn};
 
 use anyhow::Result;
@@ -32,6 +32,9 @@ impl Arrival {
     }
 }
 
+/// The number of bytes of a file's beginning from which its notation is found.
+const LOOKED_AT: usize = 8 * 1024;
+
 /// The notation of an input's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Notation {
@@ -50,12 +53,14 @@ impl Notation {
     /// a log, a dump or a table.
     fn of(name: &str, beginning: &[u8]) -> Self {
         let is_named = |ending: &str| name.to_ascii_lowercase().ends_with(ending);
-        let text = String::from_utf8_lossy(beginning);
+        let length = beginning.len().min(LOOKED_AT);
+        let text = String::from_utf8_lossy(&beginning[..length]);
+        let is_text = text.chars().all(|c| c.is_whitespace() || !c.is_control());
         if is_named(".tlog") {
             Self::Tlog
         } else if analyser::is_table(&text) {
             Self::Csv
-        } else if is_named(".hex") || text::is_log_or_dump(&text) {
+        } else if is_named(".hex") || is_text && text::is_log_or_dump(&text) {
             Self::Hex
         } else {
             Self::Bytes
@@ -81,7 +86,7 @@ impl<'a> Arrivals<'a> {
     /// Reads an input in this notation. Without a notation, a file's name and its beginning decide.
     pub(crate) fn new(input: Input<'a>, notation: Option<Notation>) -> Result<Self> {
         let (name, is_file, mask) = (input.name.clone(), input.is_file, input.mask);
-        let mut reader = BufReader::new(input);
+        let mut reader = BufReader::with_capacity(CHUNK_LENGTH, input);
         let notation = match notation {
             Some(notation) => notation,
             None if is_file => Notation::of(&name, reader.fill_buf()?),
@@ -113,7 +118,7 @@ impl Iterator for Arrivals<'_> {
 
     fn next(&mut self) -> Option<Result<Arrival>> {
         let mut next = self.items.next()?;
-        if let Ok(arrival) = &mut next {
+        if let (Ok(arrival), ..=0x7F) = (&mut next, self.mask) {
             arrival.bytes.iter_mut().for_each(|byte| *byte &= self.mask);
         }
         Some(next)
@@ -121,16 +126,14 @@ impl Iterator for Arrivals<'_> {
 }
 
 /// Returns raw bytes as soon as they arrive.
-fn chunks(mut reader: impl Read) -> impl Iterator<Item = Result<Arrival>> {
-    from_fn(move || {
-        let mut bytes = vec![0; CHUNK_LENGTH];
-        match reader.read(&mut bytes) {
-            Ok(0) => None,
-            Ok(count) => {
-                bytes.truncate(count);
-                Some(Ok(Arrival::new(None, bytes)))
-            }
-            Err(error) => Some(Err(error.into())),
+fn chunks(mut reader: impl BufRead) -> impl Iterator<Item = Result<Arrival>> {
+    from_fn(move || match reader.fill_buf() {
+        Ok([]) => None,
+        Ok(chunk) => {
+            let bytes = chunk.to_vec();
+            reader.consume(bytes.len());
+            Some(Ok(Arrival::new(None, bytes)))
         }
+        Err(error) => Some(Err(error.into())),
     })
 }

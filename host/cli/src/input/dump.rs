@@ -20,6 +20,8 @@ const MOST_REPEATED: u64 = 1 << 28;
 /// A dump up to a line.
 #[derive(Default)]
 pub(super) struct Dump {
+    /// The blanks before an offset. A dump of two directions indents one of them.
+    indentation: usize,
     /// The offset of the next line.
     next: u64,
     /// The bytes of the last line, which a line `*` repeats.
@@ -46,6 +48,7 @@ impl Dump {
         };
         let is_dump = !rest.is_empty() && (is_offset || follows() == Some(true));
         is_dump.then(|| Self {
+            indentation: indentation(line),
             next: start,
             ..Self::default()
         })
@@ -74,6 +77,10 @@ impl Dump {
             offset == self.next,
             "the offset {word} does not follow from the lines before: is a line missing?"
         );
+        ensure!(
+            indentation(line) == self.indentation,
+            "this line is indented otherwise than the lines before: keep the lines of one direction"
+        );
         let mut words = rest.split("  ").next().unwrap_or_default().split(' ');
         ensure!(
             !found[2].is_empty() || words.all(|word| word.is_empty() || word.len() == 2),
@@ -84,6 +91,10 @@ impl Dump {
         repeated.extend(&self.last);
         Ok(repeated)
     }
+}
+
+fn indentation(line: &str) -> usize {
+    line.len() - line.trim_start().len()
 }
 
 /// Parses an offset. Offsets of seven digits are those of od, which are octal.

@@ -20,6 +20,9 @@ use super::time::Times;
 /// The line events that a recording can have, in words.
 const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent::Parity];
 
+/// The greatest length of a label before the bytes of a line.
+const LONGEST_LABEL: usize = 80;
+
 /// Returns whether the beginning of a text is annotations of sigrok, or hex with times or offsets. All its lines must be,
 /// and some byte must have a digit from A to F, because a device may send lines with decimal numbers.
 pub(super) fn is_log_or_dump(text: &str) -> bool {
@@ -154,7 +157,8 @@ fn labelled(line: &str) -> Result<(&str, Vec<u8>)> {
         Ok(bytes) => return Ok(("", bytes)),
         Err(why) => why,
     };
-    let mut ends = line.match_indices(|c| " :,;|>-=)]".contains(c));
+    let ends = line.match_indices(|c| " :,;|>-=)]".contains(c));
+    let mut ends = ends.take_while(|(at, _)| *at < LONGEST_LABEL);
     let labelled = ends.find_map(|(at, end)| {
         let (label, rest) = line.split_at(at + 1);
         let mut letters = label.chars().filter(char::is_ascii_alphanumeric).peekable();
@@ -164,10 +168,8 @@ fn labelled(line: &str) -> Result<(&str, Vec<u8>)> {
             "," | ";" => true,
             _ => rest.starts_with(' '),
         };
-        let bytes = bytes(rest).ok().filter(|bytes| !bytes.is_empty());
-        bytes
-            .filter(|_| is_label && is_end)
-            .map(|bytes| (label, bytes))
+        let bytes = (is_label && is_end).then(|| bytes(rest).ok())??;
+        (!bytes.is_empty()).then_some((label, bytes))
     });
     labelled.with_context(|| format!("{why}; expected bytes such as 41 42 00 7F"))
 }

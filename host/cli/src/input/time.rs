@@ -10,9 +10,9 @@ static STAMP: LazyLock<Regex> = LazyLock::new(|| {
     let pattern = r"(?x) ^ \s* (?<open> [\[(] \s* )?
         (?<date> \d{1,4} [-/.] \d{1,2} [-/.] \d{1,4} (?: T | [\s,;_]+ ) )?
         (?: (?<hours> \d{1,2} ) : (?<minutes> \d\d ) : )?
-        (?<seconds> -? \d+ (?<fraction> [.,] \d+ | :\d{3} )? )
+        (?<seconds> -? \d{1,20} (?<fraction> [.,] \d{1,20} | :\d{3} )? )
         (?: Z | [+-] \d\d :? \d\d )?
-        (?: (?<close> \s* [\])] [:,;|]? ) | (?<arrow> \s* -> ) | (?<comma> \s* [,;|>] ) | :?\s | $ ) \s*";
+        (?: (?<close> \s* [\])] [:,;|]? ) | (?<arrow> \s* -> ) | (?<comma> \s* [,;|>] ) | :? (?: \s | $ ) ) \s*";
     Regex::new(pattern).expect("the pattern is valid")
 });
 
@@ -40,9 +40,10 @@ impl Times {
         let has = |name| found.name(name).is_some();
         let (is_clock, has_fraction) = (has("hours"), has("fraction"));
         let is_marked = has("open") || has("date") || has("arrow");
-        let is_number =
-            has_fraction && (is_marked || !has("comma") && !found["seconds"].contains(','));
-        if has("open") != has("close") || !is_clock && !is_number {
+        // Numbers with commas between them are no times, unless one has more digits than bytes have.
+        let is_long = has_fraction && found["fraction"].len() > 3;
+        let is_number = is_marked || !found["seconds"].contains(',') && (is_long || !has("comma"));
+        if has("open") != has("close") || !(is_clock || has_fraction && is_number) {
             return Ok(None);
         }
         let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
