@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::ops::Range;
 
 use anyhow::{Result, bail};
-use framelock_description::{Column, KIND, Kind, UnknownName, Value};
+use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
 /// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
