@@ -39,7 +39,7 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     row
 }
 
-/// Numbers in texts, in several notations, and texts that are no numbers.
+/// Numbers in texts, in several notations, texts that are no numbers, and two numbers with a separator.
 const IN_TEXT: &[&str] = &[
     "0",
     "127",
@@ -57,6 +57,7 @@ const IN_TEXT: &[&str] = &[
     "99999999999",
     "0000000000000000001",
     "1A",
+    "5;6",
     "",
     "-",
 ];
