@@ -72,6 +72,7 @@ const COMMANDS: &[u8] = b"$command,VERSIONA,response: OK*45\r\n$command,CONFIG,r
     $GPTXT,01,01,02,MA=CASIC*27\r\n$GNRMC,195233.926,V,,,,,,,150323,,,M,V*2E\r\n";
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a row for each hint")]
 fn each_hint_has_a_stream_for_which_it_appears() {
     let (ubx, crsf) = (frames("ubx", 1, 9), frames("crsf", 1, 9));
     let lines = "terminator = '0A'\ncontent = '20-7E'\nsync = '23'\nlongest = 40";
