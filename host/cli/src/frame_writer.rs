@@ -183,13 +183,11 @@ impl FrameWriter {
                     append_cell(row, &content.value());
                 }
                 Some(content) => {
-                    let mut rest = columns;
                     for value in content.values() {
                         row.push(b',');
                         append_cell(row, &value);
-                        rest -= 1;
                     }
-                    row.resize(row.len() + rest, b',');
+                    row.resize(row.len() + columns - content.count(), b',');
                 }
                 None => row.resize(row.len() + columns, b','),
             }
