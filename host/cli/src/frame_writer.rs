@@ -210,9 +210,8 @@ impl FrameWriter {
                     for value in values.take(numbers.len()) {
                         row.push(b',');
                         append_cell(row, &value);
-                        rest -= 1;
                     }
-                    row.resize(row.len() + rest, b',');
+                    row.resize(row.len() + columns - content.count(), b',');
                 }
                 None => row.resize(row.len() + numbers.len(), b','),
             }

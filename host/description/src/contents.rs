@@ -139,6 +139,13 @@ impl<'f> Content<'f> {
         self.field.value(self.bytes, 0)
     }
 
+    /// Returns the number of values, which is 1 unless the field is an array.
+    #[inline]
+    #[must_use]
+    pub fn count(self) -> usize {
+        self.values
+    }
+
     /// Returns the value, or each value of an array that the frame has.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
