@@ -83,7 +83,7 @@ const TEXTS: &str = "
     sync = '41'
     terminator = '58'
     longest = 40
-    text = '{pitch}B{roll}C{yaw}'
+    text = '{pitch}B{roll}C{yaw};'
     fields = [{ name = 'pitch', decimals = 1, unit = 'deg' }, { name = 'roll', decimals = 0, names = { 0 = 'off' } }]
     [[kinds]]
     name = 'brackets'

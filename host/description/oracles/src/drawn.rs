@@ -43,6 +43,7 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
 const IN_TEXT: &[&str] = &[
     "0",
     "127",
+    "5;6",
     "255",
     "-5",
     "-90",
@@ -57,7 +58,6 @@ const IN_TEXT: &[&str] = &[
     "99999999999",
     "0000000000000000001",
     "1A",
-    "5;6",
     "",
     "-",
 ];
