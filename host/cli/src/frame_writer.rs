@@ -181,7 +181,6 @@ impl FrameWriter {
                     append_cell(row, &content.value());
                 }
                 Some(content) => {
-                    let mut rest = columns;
                     let mut values = content.values();
                     if first > 0 {
                         values.nth(first - 1);
@@ -189,9 +188,9 @@ impl FrameWriter {
                     for value in values.take(columns) {
                         row.push(b',');
                         append_cell(row, &value);
-                        rest -= 1;
                     }
-                    row.resize(row.len() + rest, b',');
+                    let written = content.count().saturating_sub(first).min(columns);
+                    row.resize(row.len() + columns - written, b',');
                 }
                 None => row.resize(row.len() + columns, b','),
             }

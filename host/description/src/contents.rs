@@ -139,6 +139,13 @@ impl<'f> Content<'f> {
         self.field.value(self.bytes, 0)
     }
 
+    /// Returns the number of values, which is 1 unless the field is an array.
+    #[inline]
+    #[must_use]
+    pub fn count(self) -> usize {
+        self.values
+    }
+
     /// Returns the value, or each value of an array that the frame has.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
@@ -187,40 +194,70 @@ impl Field {
     fn any_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
         // a single call before the match.
-        let own = || {
-            let Range { start, end } = self.value_bytes(number, bytes.len());
-            // Treat bytes that the sender has left out as zero.
-            &bytes[start.min(bytes.len())..end.min(bytes.len())]
-        };
-        let (notation, bits) = match self.kind {
-            Type::Number(kind) if self.notation == Notation::Hex => {
-                match bits_of_hex(kind, own()) {
-                    Some(bits) => bits,
-                    None => return Value::Missing,
-                }
+        let own = || self.own(bytes, number);
+        match self.kind {
+            _ if self.prepared.is_special => self.special_value(bytes, number),
+            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
+            Type::Bits { first, width } => self.of_bits(
+                Class::Unsigned,
+                bits_of(own(), first + number * width, width),
+            ),
+            Type::Bytes => Value::Bytes(bytes),
+            Type::Text => Value::Text(bytes),
+        }
+    }
+
+    /// Returns the bytes of one value. Bytes that the sender has left out are missing, and count as zero.
+    #[inline]
+    fn own<'a>(&self, bytes: &'a [u8], number: usize) -> &'a [u8] {
+        let Range { start, end } = self.value_bytes(number, bytes.len());
+        &bytes[start.min(bytes.len())..end.min(bytes.len())]
+    }
+
+    /// Returns the number that these bits represent.
+    #[inline]
+    fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
+        let bits = self.masked(bits);
+        if self.prepared.missing == Some(bits) {
+            return Value::Missing;
+        }
+        self.scaled(match class {
+            Class::Unsigned => Value::Unsigned(bits),
+            Class::Signed => {
+                let unused = self.prepared.unused;
+                Value::Signed((bits << unused).cast_signed() >> unused)
             }
-            Type::Number(kind) => (self.notation, kind.bits(own())),
-            Type::Bits { first, width } => {
-                let shift = (first + number * width) % 8;
-                let bits = match own() {
-                    &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
-                    &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
-                    #[expect(
-                        clippy::cast_possible_truncation,
-                        reason = "a field has up to 64 bits"
-                    )]
-                    bytes => {
-                        let bytes = bytes.iter().rev();
-                        let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
-                        (all >> shift) as u64
-                    }
-                };
-                (self.notation, bits & ones(width))
-            }
-            Type::Bytes => return Value::Bytes(bytes),
-            Type::Text => return self.of_text(bytes),
+            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
+            Class::Float => Value::Float(f32::from_bits(bits as u32)),
+        })
+    }
+
+    #[inline]
+    fn masked(&self, bits: u64) -> u64 {
+        match self.mask {
+            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
+            None => bits,
+        }
+    }
+
+    /// Returns a value in a rare notation, or a value that may have a name.
+    #[inline(never)]
+    fn special_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        let own = self.own(bytes, number);
+        let bits = match self.kind {
+            Type::Bytes | Type::Text => return self.of_text(bytes),
+            Type::Bits { first, width } => bits_of(own, first + number * width, width),
+            Type::Number(kind) if self.notation == Notation::Hex => match bits_of_hex(kind, own) {
+                Some(bits) => bits,
+                None => return Value::Missing,
+            },
+            Type::Number(kind) => kind.bits(own),
         };
-        self.of_bits(notation, bits)
+        let bits = self.masked(bits);
+        if self.prepared.missing == Some(bits) {
+            return Value::Missing;
+        }
+        self.meaning(self.number(bits))
     }
 
     /// Returns the text without its padding, or the number in the text.
@@ -231,48 +268,31 @@ impl Field {
             bytes = rest;
         }
         match self.notation.read(bytes) {
+            _ if self.kind == Type::Bytes => Value::Bytes(bytes),
             _ if self.notation == Notation::Text => Value::Text(bytes),
             Some(number) => self.meaning(number),
             None => Value::Missing,
         }
     }
 
-    /// Returns the value that these bits represent in a notation.
-    #[inline]
-    fn of_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
-        let bits = match self.mask {
-            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
-            None => bits,
-        };
-        if self.prepared.is_special {
-            return self.of_special_bits(notation, bits);
-        }
-        self.scaled(self.number(notation, bits))
-    }
-
-    /// Does the same, if some numbers have a name or mean that there is no value.
-    #[inline(never)]
-    fn of_special_bits(&self, notation: Notation, bits: u64) -> Value<'_> {
-        if self.prepared.missing == Some(bits) {
-            return Value::Missing;
-        }
-        let number = self.number(notation, bits);
-        if self.prepared.missing.is_some() && self.names.is_empty() {
-            return self.scaled(number);
-        }
-        self.meaning(number)
-    }
-
-    /// Returns the number that these bits represent in a notation.
-    #[inline]
-    fn number(&self, notation: Notation, bits: u64) -> Value<'static> {
+    /// Returns the number that these bits represent in the field's notation.
+    fn number(&self, bits: u64) -> Value<'static> {
         let unused = self.prepared.unused;
-        match notation {
-            Notation::Unsigned => Value::Unsigned(bits),
-            Notation::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
-            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
-            Notation::Float if unused > 0 => Value::Float(f32::from_bits(bits as u32)),
-            _ => rarer(notation, bits, unused),
+        let signed = (bits << unused).cast_signed() >> unused;
+        let sign = 1 << (63 - unused);
+        let magnitude = (bits & !sign).cast_signed();
+        match self.notation {
+            Notation::SignMagnitude if bits & sign == 0 => Value::Signed(magnitude),
+            Notation::SignMagnitude => Value::Signed(-magnitude),
+            Notation::Magnitude => Value::Unsigned(signed.unsigned_abs()),
+            Notation::Bcd => bcd(bits).map_or(Value::Missing, Value::Unsigned),
+            _ => match self.class() {
+                Class::Unsigned => Value::Unsigned(bits),
+                Class::Signed => Value::Signed(signed),
+                Class::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
+                #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
+                Class::Float => Value::Float(f32::from_bits(bits as u32)),
+            },
         }
     }
 
@@ -286,8 +306,8 @@ impl Field {
 
     /// Returns the meaning of a number: its name, no value, or the scaled number.
     fn meaning(&self, number: Value<'static>) -> Value<'_> {
-        let special = self.prepared.is_special.then(|| self.known_meaning(number));
-        special.flatten().unwrap_or_else(|| self.scaled(number))
+        self.known_meaning(number)
+            .unwrap_or_else(|| self.scaled(number))
     }
 
     fn known_meaning(&self, number: Value) -> Option<Value<'_>> {
@@ -311,32 +331,28 @@ impl Field {
     }
 }
 
-/// Returns the number that bits represent in a notation that is rare. `unused` is 64 minus the number of bits.
-#[inline(never)]
-fn rarer(notation: Notation, bits: u64, unused: usize) -> Value<'static> {
-    let signed = (bits << unused).cast_signed() >> unused;
-    let sign = 1 << (63 - unused);
-    let magnitude = (bits & !sign).cast_signed();
-    match notation {
-        Notation::Magnitude => Value::Unsigned(signed.unsigned_abs()),
-        Notation::SignMagnitude if bits & sign == 0 => Value::Signed(magnitude),
-        Notation::SignMagnitude => Value::Signed(-magnitude),
-        Notation::Bcd => bcd(bits).map_or(Value::Missing, Value::Unsigned),
-        _ => Value::Double(f64::from_bits(bits)),
-    }
+/// Returns `width` bits of a field's value, whose first bit has this index in the field.
+#[inline]
+fn bits_of(bytes: &[u8], first: usize, width: usize) -> u64 {
+    let shift = first % 8;
+    let bits = match bytes {
+        &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
+        &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
+        #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
+        bytes => {
+            let bytes = bytes.iter().rev();
+            let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
+            (all >> shift) as u64
+        }
+    };
+    bits & ones(width)
 }
 
-/// Returns the bits of a number in hex digits, and the notation of the bits. The digits of each byte are in the order of
-/// the bytes.
-#[inline(never)]
-fn bits_of_hex(kind: NumberType, digits: &[u8]) -> Option<(Notation, u64)> {
+/// Returns the bits of a number in hex digits. The digits of each byte are in the order of the bytes.
+fn bits_of_hex(kind: NumberType, digits: &[u8]) -> Option<u64> {
     let mut bytes = [0; 8];
     for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {
         *byte = u8::try_from(hex_digits(pair)?).ok()?;
     }
-    let notation = match kind.class {
-        Class::Signed => Notation::Signed,
-        _ => Notation::Unsigned,
-    };
-    Some((notation, kind.bits(&bytes[..kind.bytes])))
+    Some(kind.bits(&bytes[..kind.bytes]))
 }

@@ -55,8 +55,8 @@ pub struct Field {
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
-/// `is_plain` says whether the field's bytes are the number itself. `is_special` says whether some numbers have a name or
-/// mean that there is no value, and `missing` is the bits of such a number. `is_simple` says whether the field is neither a
+/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no value.
+/// `is_special` says whether a value has a rare notation, or has a meaning besides these bits and the scale. `is_simple` says whether the field is neither a
 /// part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
@@ -288,7 +288,17 @@ impl Field {
         let missing = self.missing.filter(|_| !is_nan && !self.is_bytes());
         let missing = missing.and_then(|_| self.to_bits(&serde_json::Value::Null).ok());
         let missing = missing.map(|bits| bits >> self.mask.map_or(0, u64::trailing_zeros));
-        let is_special = !self.names.is_empty() || self.missing.is_some();
+        let usual = match self.kind {
+            Type::Number(number) if number.class == Class::Signed => Notation::Signed,
+            Type::Number(number) if number.class == Class::Unsigned => Notation::Unsigned,
+            Type::Number(number) if number.bytes == 4 => Notation::Float,
+            Type::Bits { .. } => Notation::Unsigned,
+            _ => Notation::Text,
+        };
+        let is_special = self.notation != usual
+            || self.padding.is_some()
+            || !self.names.is_empty()
+            || self.missing.is_some() && missing.is_none();
         self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
@@ -298,7 +308,8 @@ impl Field {
                 && self.scale.is_none()
                 && matches!(self.kind, Type::Number(_))
                 && self.notation == Notation::Unsigned
-                && !is_special,
+                && !is_special
+                && missing.is_none(),
             missing,
             is_special,
             is_simple: self.text.is_none() && !self.is_appended,
