@@ -3,7 +3,6 @@
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
-use std::ops::Range;
 
 use anyhow::{Result, bail};
 use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
@@ -22,9 +21,9 @@ pub(crate) struct Place {
 struct KindRow {
     kind: Kind,
     is_wanted: bool,
-    /// The groups of columns that are written together: the index of a field, and the numbers of its values. There is no
-    /// field for columns that this kind lacks.
-    cells: Vec<(Option<usize>, Range<usize>)>,
+    /// The groups of columns that are written together: the index of a field, the number of its first value in them, and
+    /// the number of columns. There is no field for columns that this kind lacks.
+    cells: Vec<(Option<usize>, usize, usize)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
 }
@@ -36,19 +35,17 @@ impl KindRow {
             let values = (0..field.values()).filter(|_| field.constant.is_none());
             places.extend(values.map(|number| (field.column(number), (index, number))));
         }
-        let mut cells: Vec<(Option<usize>, Range<usize>)> = Vec::new();
+        let mut cells: Vec<(Option<usize>, usize, usize)> = Vec::new();
         for column in columns.iter().filter(|column| column.name != KIND) {
             let (field, number) = places.get(&column.name).copied().unzip();
             match cells.last_mut() {
-                Some((before, values))
-                    if *before == field && number.is_none_or(|number| values.end == number) =>
+                Some((before, first, columns))
+                    if *before == field
+                        && number.is_none_or(|number| *first + *columns == number) =>
                 {
-                    values.end += 1;
+                    *columns += 1;
                 }
-                _ => {
-                    let number = number.unwrap_or(0);
-                    cells.push((field, number..number + 1));
-                }
+                _ => cells.push((field, number.unwrap_or(0), 1)),
             }
         }
         let names = kind.varying_fields().map(|field| &field.name);
@@ -195,25 +192,25 @@ impl FrameWriter {
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         let contents = kind.contents(frame);
-        for (number, numbers) in &row_parts.cells {
+        for &(number, first, columns) in &row_parts.cells {
             match number.and_then(|number| contents.of(&kind.fields[number])) {
-                Some(content) if numbers.end == 1 => {
+                Some(content) if first + columns == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
                 }
                 Some(content) => {
-                    let mut rest = numbers.len();
                     let mut values = content.values();
-                    if numbers.start > 0 {
-                        values.nth(numbers.start - 1);
+                    if first > 0 {
+                        values.nth(first - 1);
                     }
-                    for value in values.take(numbers.len()) {
+                    for value in values.take(columns) {
                         row.push(b',');
                         append_cell(row, &value);
                     }
-                    row.resize(row.len() + columns - content.count(), b',');
+                    let written = content.count().saturating_sub(first).min(columns);
+                    row.resize(row.len() + columns - written, b',');
                 }
-                None => row.resize(row.len() + numbers.len(), b','),
+                None => row.resize(row.len() + columns, b','),
             }
         }
         row.push(b'\n');
