@@ -117,9 +117,9 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             random.random_range(0..count)
         });
         let mut frame = filled.unwrap_or_else(|almost| almost);
-        if let Some(text) = text_frame(shown, random) {
-            frame = text;
-        }
+        let text = text_frame(shown, random);
+        let has_text = text.is_some();
+        frame = text.unwrap_or(frame);
         let fields = shown.fields.iter();
         for field in fields.filter(|it| it.notation == Notation::Hex && !it.is_bytes()) {
             for byte in field.position(frame.len()).unwrap_or_default() {
@@ -132,7 +132,9 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             [first, ..] if text.first.is_empty() => &first.after,
             _ => &text.first,
         });
-        let sign = literal.filter(|_| sign.is_empty()).unwrap_or(sign);
+        let sign = literal
+            .filter(|_| sign.is_empty() && !has_text)
+            .unwrap_or(sign);
         frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
         let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
         let values = is_sealed.then(|| values(description, &frame))?;
