@@ -83,7 +83,8 @@ fn values(columns: &[Column], by_name: &ByName, fields: &Fields) -> Result<Vec<O
             continue;
         };
         let columns = (1..).map(|number| format!("{name}{number}"));
-        let columns = columns.take_while(|column| by_name.contains_key(&**column));
+        let is_of_array = |column: &&Column| column.array.as_ref() == Some(name);
+        let columns = columns.take_while(|column| by_name.get(&**column).is_some_and(is_of_array));
         let columns: Vec<String> = columns.collect();
         let (given, most) = (array.len(), columns.len());
         ensure!(

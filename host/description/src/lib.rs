@@ -431,12 +431,14 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
                     return Err(same_name("values are", &name));
                 }
                 let is_text = field.is_text();
+                let array = field.is_array().then(|| field.name.clone());
                 if let Some(&place) = places.get(&name) {
-                    columns[place].is_text |= is_text;
+                    let shared = &mut columns[place];
+                    shared.is_text |= is_text;
+                    shared.array = shared.array.take().or(array);
                     continue;
                 }
                 places.insert(name.clone(), columns.len());
-                let array = field.is_array().then(|| field.name.clone());
                 columns.push(Column {
                     name,
                     array,

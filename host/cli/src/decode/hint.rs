@@ -56,7 +56,7 @@ impl Stream<'_> {
         if needs_pauses && !self.has_pauses {
             "silence ends these frames: read a port, a live stream or a file with times, with --idle-gap"
         } else if self.is_decimal_text() {
-            "the input looks like text with decimal numbers: try --frame axes-text, or describe the text (see docs/own-frame.md)"
+            "the input looks like text with decimal numbers: describe it as axes-text does (see docs/own-frame.md)"
         } else {
             "check --frame, --input, the baud rate and parity, and whether the line is inverted"
         }
