@@ -93,9 +93,6 @@ typedef struct {
 typedef struct {
     /* At 0: text. */
     uint8_t start[1];
-    /* At 3: text. */
-    bool has_type;
-    uint8_t type[3];
     /* At 1: text. */
     const uint8_t *sentence;
     uint16_t sentence_length;
@@ -637,12 +634,7 @@ static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *f
 static inline void gnss_nmea_decode(const uint8_t *frame, uint16_t length, gnss_nmea_message *message)
 {
     length = gnss_nmea_counted(frame, length);
-    gnss_clear(message, sizeof *message);
     gnss_copy(message->start, &frame[0U], 1U);
-    message->has_type = length >= 11U;
-    if (message->has_type) {
-        gnss_copy(message->type, &frame[3U], 3U);
-    }
     message->sentence = &frame[1U];
     message->sentence_length = (uint16_t)(length - 6U);
 }
@@ -657,9 +649,6 @@ static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t 
     uint8_t sum;
     gnss_nmea_message again;
 
-    if (message->has_type && (size < 11U)) {
-        size = 11U;
-    }
     if (message->sentence_length > 515U) {
         return 0U;
     }
@@ -672,9 +661,6 @@ static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t 
     }
     gnss_clear(frame, size);
     gnss_put(&frame[0U], message->start, 1U);
-    if (message->has_type) {
-        gnss_put(&frame[3U], message->type, 3U);
-    }
     gnss_put(&frame[1U], message->sentence, message->sentence_length);
     if (!gnss_nmea_starts(frame[0])) {
         frame[0] = 0x24U;
@@ -691,9 +677,6 @@ static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t 
     }
     gnss_nmea_decode(frame, length, &again);
     if (!gnss_same(&again.start, &message->start, sizeof again.start)) {
-        return 0U;
-    }
-    if ((again.has_type != message->has_type) || (again.has_type && (!gnss_same(&again.type, &message->type, sizeof again.type)))) {
         return 0U;
     }
     if ((again.sentence_length != message->sentence_length) || !gnss_same(again.sentence, message->sentence, again.sentence_length)) {

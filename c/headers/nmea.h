@@ -80,9 +80,6 @@ typedef struct {
 typedef struct {
     /* At 0: text. */
     uint8_t start[1];
-    /* At 3: text. */
-    bool has_type;
-    uint8_t type[3];
     /* At 1: text. */
     const uint8_t *sentence;
     uint16_t sentence_length;
@@ -347,12 +344,7 @@ static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t c
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message)
 {
     length = nmea_counted(frame, length);
-    nmea_clear(message, sizeof *message);
     nmea_copy(message->start, &frame[0U], 1U);
-    message->has_type = length >= 11U;
-    if (message->has_type) {
-        nmea_copy(message->type, &frame[3U], 3U);
-    }
     message->sentence = &frame[1U];
     message->sentence_length = (uint16_t)(length - 6U);
 }
@@ -366,9 +358,6 @@ NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, si
     uint8_t sum;
     nmea_message again;
 
-    if (message->has_type && (size < 11U)) {
-        size = 11U;
-    }
     if (message->sentence_length > 515U) {
         return 0U;
     }
@@ -381,9 +370,6 @@ NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, si
     }
     nmea_clear(frame, size);
     nmea_put(&frame[0U], message->start, 1U);
-    if (message->has_type) {
-        nmea_put(&frame[3U], message->type, 3U);
-    }
     nmea_put(&frame[1U], message->sentence, message->sentence_length);
     if (!nmea_starts(frame[0])) {
         frame[0] = 0x24U;
@@ -400,9 +386,6 @@ NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, si
     }
     nmea_decode(frame, length, &again);
     if (!nmea_same(&again.start, &message->start, sizeof again.start)) {
-        return 0U;
-    }
-    if ((again.has_type != message->has_type) || (again.has_type && (!nmea_same(&again.type, &message->type, sizeof again.type)))) {
         return 0U;
     }
     if ((again.sentence_length != message->sentence_length) || !nmea_same(again.sentence, message->sentence, again.sentence_length)) {
