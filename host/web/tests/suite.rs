@@ -323,7 +323,7 @@ fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
         (
             "from = 2",
             "to = -1",
-            "Line 5, column 12: checksum: it covers itself",
+            "Line 5, column 12: kind measurement: checksum: it covers itself",
         ),
         ("MODBUS", "MODBUZ", "Line 5, column 21: there is no"),
         ("[[kinds]]", "[[sorts]]", "Line 7, column 3: unknown field"),
