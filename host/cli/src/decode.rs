@@ -17,7 +17,7 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
-use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, Notation};
+use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, InputNotation};
 use crate::options::{ProtocolParser, check_has_no_breaks, whole};
 use crate::output::{Output, exit_code, note, on_interrupt};
 use crate::serial::PortOptions;
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     describe: bool,
     /// Read bytes, hex, csv or tlog: see below
     #[arg(long, value_name = "NOTATION", value_enum, hide_possible_values = true)]
-    input: Option<Notation>,
+    input: Option<InputNotation>,
     /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none [default: as --output
     /// ends (.csv, .txt), or jsonl]
     #[arg(long, value_enum, hide_possible_values = true)]
@@ -354,7 +354,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
     }
     let input = Input::open(&arguments.source, &arguments.port)?;
     let arrivals = Arrivals::new(input, arguments.input)?;
-    if arrivals.notation == Notation::Bytes {
+    if arrivals.notation == InputNotation::Bytes {
         check_has_no_breaks(&arguments.frame)?;
     }
     arguments.check_times(&arrivals)?;

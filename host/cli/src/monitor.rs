@@ -14,7 +14,7 @@ use framelock_receiving::{AnyLine, Policy, Protocol, Standstill};
 use framelock_simulation::LEVEL;
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Arrivals, Input, Notation};
+use crate::input::{Arrivals, Input, InputNotation};
 use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::{Output, exit_code};
 use crate::serial::PortOptions;
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let input = Input::open(&arguments.line, &arguments.port)?;
-    let mut arrivals = Arrivals::new(input, Some(Notation::Bytes))?;
+    let mut arrivals = Arrivals::new(input, Some(InputNotation::Bytes))?;
     let watch = Watch::new(FrameWriter::new(arguments.frame.clone()), line);
     let watch = Arc::new(Mutex::new(watch));
     let start = Instant::now();

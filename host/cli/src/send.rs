@@ -18,7 +18,7 @@ use crate::options::{ProtocolParser, number, whole};
 use crate::output::{Output, note, on_interrupt};
 use crate::serial::{self, PortOptions};
 use source::{Datagrams, Source};
-use transmission::{Clock, Rate, RealClock, Transmission};
+use transmission::{Rate, Transmission};
 
 /// Send frames to a board on time: from a motion profile, a built-in motion or UDP datagrams
 #[derive(clap::Args)]
@@ -102,8 +102,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         // The receiver of this message is gone if the transmission has just ended.
         let _ = stop.send(());
     })?;
-    let clock = RealClock::new(stopped);
-    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame, arguments.rate);
+    let mut transmission = Transmission::new(stopped, &mut line, &arguments.frame, arguments.rate);
     let length = arguments.seconds.map(Duration::from_secs_f64);
     let outcome = transmission.run(&source, length, parks);
     for line in report(&transmission, &name) {
@@ -125,13 +124,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Returns the lines of the final report: the frames sent, and their lateness.
-fn report(transmission: &Transmission<RealClock, Output>, line: &str) -> Vec<String> {
+fn report(transmission: &Transmission, line: &str) -> Vec<String> {
     let pacer = &transmission.pacer;
     let seconds = |time: Duration| time.as_secs_f64();
     let mut report = vec![
         format!(
             "frames sent to {line} in {:.2} s: {}, and {} to park",
-            seconds(pacer.clock.now()),
+            seconds(pacer.now()),
             transmission.frames,
             transmission.park_frames
         ),
@@ -161,7 +160,7 @@ impl Arguments {
     fn check_frames(&self) -> Result<bool> {
         if self.frame.has_setpoints() {
             if self.is_port() {
-                let (rate, baud) = (self.rate.0.get(), self.port.usual_baud());
+                let (rate, baud) = (self.rate.0, self.port.usual_baud());
                 check_rate(rate.into(), self.frame.longest(), baud, 1.0)?;
             }
             return Ok(true);
@@ -211,7 +210,7 @@ impl Arguments {
                 ),
             };
         }
-        self.port.check_none("standard output")?;
+        self.port.check_none("standard output", false)?;
         if std::io::stdout().is_terminal() {
             bail!(
                 "standard output is a terminal, and frames are binary: redirect it, or name a \

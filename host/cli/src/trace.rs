@@ -10,7 +10,7 @@ use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Arrivals, Input, Notation};
+use crate::input::{Arrivals, Input, InputNotation};
 use crate::options::{ProtocolParser, check_has_no_breaks};
 use crate::output::Output;
 use crate::serial::PortOptions;
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     out.flush()?;
     // The name of the machine takes this many columns.
     let width = label.len();
-    for arrival in Arrivals::new(input, Some(Notation::Bytes))? {
+    for arrival in Arrivals::new(input, Some(InputNotation::Bytes))? {
         for byte in arrival?.bytes {
             let rows: Vec<_> = machines
                 .iter_mut()
