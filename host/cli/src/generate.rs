@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use framelock_generate::{CrcTable, c, rust};
 use framelock_receiving::Protocol;
 
-use crate::options::ProtocolParser;
+use crate::options::protocol;
 use crate::output::Output;
 
 /// Generate source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -16,7 +16,7 @@ use crate::output::Output;
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
     /// Generate code for these frames: a name, or a description file
-    #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     /// Generate Rust without std, or C99 that is also valid C++17
     #[arg(long, value_enum, value_name = "LANGUAGE")]

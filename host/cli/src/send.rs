@@ -14,7 +14,7 @@ use framelock_receiving::Protocol;
 use framelock_simulation::{Axis, Motion, Shape, check_rate};
 
 use crate::input::Input;
-use crate::options::{ProtocolParser, number, whole};
+use crate::options::{number, protocol, whole};
 use crate::output::{Output, note, on_interrupt};
 use crate::serial::{self, PortOptions};
 use source::{Datagrams, Source};
@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// Send these frames: a name, or a description file; all but bin and bin-crc8 need --profile
     /// [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
@@ -105,9 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut transmission = Transmission::new(stopped, &mut line, &arguments.frame, arguments.rate);
     let length = arguments.seconds.map(Duration::from_secs_f64);
     let outcome = transmission.run(&source, length, parks);
-    for line in report(&transmission, &name) {
-        note(&line);
-    }
+    report(&transmission, &name);
     if let Source::Datagrams(datagrams) = source {
         let received = datagrams.received();
         note(&format!(
@@ -123,30 +121,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(outcome?)
 }
 
-/// Returns the lines of the final report: the frames sent, and their lateness.
-fn report(transmission: &Transmission, line: &str) -> Vec<String> {
-    let pacer = &transmission.pacer;
-    let seconds = |time: Duration| time.as_secs_f64();
-    let mut report = vec![
-        format!(
-            "frames sent to {line} in {:.2} s: {}, and {} to park",
-            seconds(pacer.now()),
-            transmission.frames,
-            transmission.park_frames
-        ),
-        format!(
-            "the most delayed frame was {:.2} ms late",
-            seconds(pacer.worst) * 1e3
-        ),
-    ];
+/// Prints the final report: the frames sent, and their lateness.
+fn report(transmission: &Transmission, line: &str) {
+    let Transmission {
+        pacer,
+        frames,
+        park_frames,
+        ..
+    } = transmission;
+    let seconds = pacer.now().as_secs_f64();
+    note(&format!(
+        "frames sent to {line} in {seconds:.2} s: {frames}, and {park_frames} to park"
+    ));
+    let worst = pacer.worst.as_secs_f64() * 1e3;
+    note(&format!("the most delayed frame was {worst:.2} ms late"));
     if pacer.hold_ups > 0 {
-        report.push(format!(
-            "held up {} times, {:.2} s in all; later frames were moved back by that time",
-            pacer.hold_ups,
-            seconds(pacer.held_up)
+        let (hold_ups, held_up) = (pacer.hold_ups, pacer.held_up.as_secs_f64());
+        note(&format!(
+            "held up {hold_ups} times, {held_up:.2} s in all; later frames were moved back by that time"
         ));
     }
-    report
 }
 
 impl Arguments {

@@ -289,12 +289,11 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::UsbPort(usb) => {
             let names = [&usb.manufacturer, &usb.product].into_iter().flatten();
             let names: Vec<&str> = names.map(String::as_str).collect();
-            let serial_number = match &usb.serial_number {
-                Some(number) => format!(", serial number {number}"),
-                None => String::new(),
-            };
+            let number = usb.serial_number.as_ref();
+            let number = number.map(|number| format!(", serial number {number}"));
+            let number = number.unwrap_or_default();
             let (vendor, product, names) = (usb.vid, usb.pid, names.join(" "));
-            format!("USB {vendor:04x}:{product:04x}  {names}{serial_number}")
+            format!("USB {vendor:04x}:{product:04x}  {names}{number}")
         }
         SerialPortType::BluetoothPort => "Bluetooth".into(),
         SerialPortType::PciPort => "PCI".into(),

@@ -30,15 +30,15 @@ pub(super) fn is_log_or_dump(text: &str) -> bool {
     let kind = Text::of(lines.next().unwrap_or_default(), lines.next());
     let arrivals: Result<Vec<Arrival>> = arrivals(String::new(), text.as_bytes()).collect();
     let has_letter = |byte: &u8| byte >> 4 > 9 || byte & 0x0F > 9;
-    match (kind, arrivals) {
-        (Text::Annotations(_), Ok(_)) => true,
-        (kind, Ok(arrivals)) => {
-            let is_timed = arrivals.iter().any(|arrival| arrival.time.is_some());
-            let mut bytes = arrivals.iter().flat_map(|arrival| &arrival.bytes);
-            (is_timed || matches!(kind, Text::Dump(_))) && bytes.any(has_letter)
+    arrivals.is_ok_and(|arrivals| {
+        let is_timed = arrivals.iter().any(|arrival| arrival.time.is_some());
+        let mut bytes = arrivals.iter().flat_map(|arrival| &arrival.bytes);
+        match kind {
+            Text::Annotations(_) => true,
+            Text::Log(_) if !is_timed => false,
+            Text::Log(_) | Text::Dump(_) => bytes.any(has_letter),
         }
-        _ => false,
-    }
+    })
 }
 
 /// Returns whether a line is blank or a comment.
