@@ -261,7 +261,7 @@ impl Decoder {
             if counts_kinds {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }
-            if !self.frame.is_wanted(bytes) {
+            if is_partial && !self.frame.is_wanted(bytes) {
                 return;
             }
             self.wanted += 1;

@@ -165,13 +165,16 @@ impl FrameWriter {
                     append_cell(row, &content.value());
                 }
                 Some(content) => {
-                    let mut missing = columns;
-                    for value in content.values().skip(first).take(columns) {
+                    let mut values = content.values();
+                    if first > 0 {
+                        values.nth(first - 1);
+                    }
+                    for value in values.take(columns) {
                         row.push(b',');
                         append_cell(row, &value);
-                        missing -= 1;
                     }
-                    row.resize(row.len() + missing, b',');
+                    let written = content.count().saturating_sub(first).min(columns);
+                    row.resize(row.len() + columns - written, b',');
                 }
                 None => row.resize(row.len() + columns, b','),
             }
@@ -181,13 +184,14 @@ impl FrameWriter {
 
     /// Appends a frame as a JSON object.
     pub(crate) fn append_json(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
-        row.push(b'{');
-        if let Some(time) = place.time {
-            row.extend(b"\"time\":");
-            append_time(row, time, 0);
-            row.push(b',');
+        match place.time {
+            Some(time) => {
+                row.extend(b"{\"time\":");
+                append_time(row, time, 0);
+                row.extend(b",\"offset\":");
+            }
+            None => row.extend(b"{\"offset\":"),
         }
-        row.extend(b"\"offset\":");
         append_number(row, place.offset);
         if !self.protocol.has_setpoints() {
             row.extend(b",\"length\":");
