@@ -7,7 +7,7 @@ mod summary;
 use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -17,9 +17,9 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
-use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, Notation};
-use crate::options::{ProtocolParser, check_has_no_breaks, whole};
-use crate::output::{Output, exit_code, note, on_interrupt};
+use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, InputNotation};
+use crate::options::{check_has_no_breaks, protocol, whole};
+use crate::output::{Output, exit_code, lock, note, on_interrupt};
 use crate::serial::PortOptions;
 use hint::Stream;
 use recording::Recording;
@@ -45,14 +45,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
     /// Receive these frames: a name, or a description file [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     /// Write the description of the frames, and decode nothing
     #[arg(long)]
     describe: bool,
     /// Read bytes, hex, csv or tlog: see below
     #[arg(long, value_name = "NOTATION", value_enum, hide_possible_values = true)]
-    input: Option<Notation>,
+    input: Option<InputNotation>,
     /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none [default: as --output
     /// ends (.csv, .txt), or jsonl]
     #[arg(long, value_enum, hide_possible_values = true)]
@@ -173,14 +173,10 @@ impl Decoder {
         let protocol = &options.frame;
         let format = options.format;
         let format = format.unwrap_or_else(|| OutputFormat::of(&options.output));
-        let mut frame = FrameWriter::new(protocol.clone());
-        if !options.only.is_empty() {
-            frame.only(&options.only)?;
-        }
         Ok(Self {
             line: AnyLine::new(protocol, options.policy)?,
             summary: Summary::new(protocol),
-            frame,
+            frame: FrameWriter::new(protocol.clone(), &options.only)?,
             output: options.output()?,
             rows: Vec::new(),
             decided: 0,
@@ -259,9 +255,8 @@ impl Decoder {
         let mut outcome = Ok(());
         let on_outcome = |found: Found<&[u8]>| {
             self.decided += found.bytes();
-            let bytes = match found {
-                Found::Frame { message, .. } => message,
-                Found::Discarded { .. } => return,
+            let Some(bytes) = found.message() else {
+                return;
             };
             if counts_kinds {
                 self.summary.count_frame(self.frame.kind_name(bytes));
@@ -302,9 +297,9 @@ impl Decoder {
     /// Writes the header above the first frame, if the output format has a header.
     fn begin(&mut self) -> Result<()> {
         if self.format == OutputFormat::Csv {
-            let (has_time, has_units) = (self.options.timestamps, self.options.units);
+            let (options, rows) = (&self.options, &mut self.rows);
             self.frame
-                .append_csv_header(&mut self.rows, has_time, has_units);
+                .append_csv_header(rows, options.timestamps, options.units);
         }
         self.write()
     }
@@ -330,14 +325,12 @@ impl Decoder {
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
-        if self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
-            let (frames, protocol) = (self.summary.frames, &self.options.frame);
-            if frames > 0 {
-                let only = self.options.only.join(" or ");
-                note(&format!(
-                    "frames of {protocol}: {frames}, but none of them is {only}"
-                ));
-            }
+        let (frames, protocol) = (self.summary.frames, &self.options.frame);
+        if frames > 0 && self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
+            let only = self.options.only.join(" or ");
+            note(&format!(
+                "frames of {protocol}: {frames}, but none of them is {only}"
+            ));
         }
         if let Some(mut output) = self.summary_output.take() {
             writeln!(output, "{}", serde_json::to_string(&self.summary)?)?;
@@ -354,7 +347,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
     }
     let input = Input::open(&arguments.source, &arguments.port)?;
     let arrivals = Arrivals::new(input, arguments.input)?;
-    if arrivals.notation == Notation::Bytes {
+    if arrivals.notation == InputNotation::Bytes {
         check_has_no_breaks(&arguments.frame)?;
     }
     arguments.check_times(&arrivals)?;
@@ -418,16 +411,10 @@ impl Arguments {
 
     /// Opens the output for the summary, if a summary is wanted.
     fn summary_output(&self) -> Result<Option<Output>> {
-        let path = self.summary.as_deref();
-        path.map(|path| match path {
+        let open = |path| match path {
             "" => Ok(Output::new("standard error", io::stderr())),
             path => Output::create(Path::new(path)),
-        })
-        .transpose()
+        };
+        self.summary.as_deref().map(open).transpose()
     }
-}
-
-/// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -16,7 +16,7 @@ use anyhow::{Context, Result, anyhow, bail};
 
 use crate::output::{note, standard_stream};
 use crate::serial::{self, PortOptions};
-pub(crate) use arrivals::{Arrival, Arrivals, Notation};
+pub(crate) use arrivals::{Arrival, Arrivals, InputNotation};
 
 /// The number of bytes that are read or written at a time. It is large enough that system calls cost
 /// little.
@@ -64,7 +64,7 @@ impl<'a> Input<'a> {
             }
             (&*path, open_file(argument)?)
         };
-        options.check_only_data_bits(name)?;
+        options.check_none(name, true)?;
         if file.is_terminal() {
             note(
                 "reading from the terminal until Ctrl-D; --help shows how to read files and ports",
@@ -140,7 +140,7 @@ mod tests {
             Err(io::Error::other("unplugged")),
         ];
         let input = Input::new("the line", Script(script.into_iter()));
-        let arrivals = Arrivals::new(input, Some(Notation::Bytes)).unwrap();
+        let arrivals = Arrivals::new(input, Some(InputNotation::Bytes)).unwrap();
         let chunks = arrivals.map(|arrival| match arrival {
             Ok(arrival) => Ok(arrival.bytes),
             Err(error) => Err(error.to_string()),

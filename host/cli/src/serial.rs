@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use framelock_description::text::harmless;
 use serialport::{DataBits, Parity, SerialPortInfo, SerialPortType, StopBits};
@@ -62,31 +62,21 @@ fn baud(text: &str) -> Result<u32> {
 }
 
 impl PortOptions {
-    /// Checks that no option is given for `name`, which is not a port.
-    pub(crate) fn check_none(&self, name: &str) -> Result<()> {
+    /// Checks that no option is given for `name`, which is not a port. Recordings have `--data-bits` too.
+    pub(crate) fn check_none(&self, name: &str, is_recording: bool) -> Result<()> {
         let given = [
             ("--baud", self.baud.is_some()),
             ("--parity", self.parity.is_some()),
-            ("--data-bits", self.data_bits.is_some()),
+            ("--data-bits", self.data_bits.is_some() && !is_recording),
             ("--stop-bits", self.stop_bits.is_some()),
             ("--wait", self.wait),
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
-            Some((option, _)) => Err(anyhow!(
+            Some((option, _)) => bail!(
                 "{option} is for serial ports, and {name} is not one: leave {option} out, or name a port"
-            )),
+            ),
         }
-    }
-
-    /// Does the same as [`check_none`](Self::check_none), but allows `--data-bits`, which recordings have too.
-    pub(crate) fn check_only_data_bits(&self, name: &str) -> Result<()> {
-        let data_bits = None;
-        Self {
-            data_bits,
-            ..self.clone()
-        }
-        .check_none(name)
     }
 
     /// Returns the bits of a byte that are data.
@@ -100,14 +90,17 @@ impl PortOptions {
 
     /// Returns the baud rate at which a byte in 8N1 takes the same time as a byte with these settings.
     pub(crate) fn usual_baud(&self) -> u32 {
-        let more = u64::from(self.has_parity()) + u64::from(self.stop_bits == Some(2));
-        let bits = 2 + u64::from(self.data_bits()) + more;
-        let baud = u64::from(self.baud()) * 10 / bits;
+        let bits = 1 + self.data_bits() + u8::from(self.has_parity()) + self.stop_bits();
+        let baud = u64::from(self.baud()) * 10 / u64::from(bits);
         u32::try_from(baud).unwrap_or(u32::MAX).max(1)
     }
 
     fn data_bits(&self) -> u8 {
         self.data_bits.unwrap_or(8)
+    }
+
+    fn stop_bits(&self) -> u8 {
+        self.stop_bits.unwrap_or(1)
     }
 
     fn parity(&self) -> Parity {
@@ -128,7 +121,7 @@ impl fmt::Display for PortOptions {
             Parity::Even => 'E',
             Parity::Odd => 'O',
         };
-        match (self.data_bits(), parity, self.stop_bits.unwrap_or(1)) {
+        match (self.data_bits(), parity, self.stop_bits()) {
             (8, 'N', 1) => Ok(()),
             (data_bits, parity, stop_bits) => write!(f, " {data_bits}{parity}{stop_bits}"),
         }
@@ -195,15 +188,9 @@ pub(crate) fn open(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     };
     let name = path.to_string_lossy();
     let port = serialport::new(name.clone(), options.baud())
-        .data_bits(match options.data_bits() {
-            7 => DataBits::Seven,
-            _ => DataBits::Eight,
-        })
+        .data_bits(DataBits::try_from(options.data_bits()).unwrap_or(DataBits::Eight))
         .parity(options.parity())
-        .stop_bits(match options.stop_bits {
-            Some(2) => StopBits::Two,
-            _ => StopBits::One,
-        })
+        .stop_bits(StopBits::try_from(options.stop_bits()).unwrap_or(StopBits::One))
         .timeout(TIMEOUT)
         // Debug probes connect their UART only while DTR is set. Linux sets DTR by itself, but Windows does not.
         .dtr_on_open(true)
@@ -256,7 +243,7 @@ fn device(path: &Path) -> Result<Option<impl Sized>> {
     }
     // The system reveals the session only for this process's own terminal.
     if tcgetsid(&device).is_ok() {
-        anyhow::bail!(
+        bail!(
             "{name} is the terminal that you type at, not a serial port; to type bytes, name - instead"
         );
     }
@@ -275,11 +262,10 @@ fn device(path: &Path) -> Result<Option<impl Sized>> {
 pub(crate) fn list() -> Result<()> {
     // The library panics on Linux if this folder is missing, as in some containers.
     let can_list = !cfg!(target_os = "linux") || Path::new("/sys/class/tty").is_dir();
-    let mut ports = if can_list {
-        serialport::available_ports().context("cannot list the serial ports")?
-    } else {
-        Vec::new()
-    };
+    let ports = can_list.then(serialport::available_ports).transpose();
+    let mut ports = ports
+        .context("cannot list the serial ports")?
+        .unwrap_or_default();
     ports.sort_by(|one, other| one.port_name.cmp(&other.port_name));
     if ports.is_empty() {
         note(
@@ -303,12 +289,11 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::UsbPort(usb) => {
             let names = [&usb.manufacturer, &usb.product].into_iter().flatten();
             let names: Vec<&str> = names.map(String::as_str).collect();
-            let serial_number = match &usb.serial_number {
-                Some(number) => format!(", serial number {number}"),
-                None => String::new(),
-            };
+            let number = usb.serial_number.as_ref();
+            let number = number.map(|number| format!(", serial number {number}"));
+            let number = number.unwrap_or_default();
             let (vendor, product, names) = (usb.vid, usb.pid, names.join(" "));
-            format!("USB {vendor:04x}:{product:04x}  {names}{serial_number}")
+            format!("USB {vendor:04x}:{product:04x}  {names}{number}")
         }
         SerialPortType::BluetoothPort => "Bluetooth".into(),
         SerialPortType::PciPort => "PCI".into(),

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use anyhow::Result;
 use framelock_simulation::{Parameters, Payload, Protocol, ReceiverTally, Tally, run_all};
 
-use crate::options::{ProtocolParser, number, probability, whole};
+use crate::options::{number, probability, protocol, whole};
 use crate::output::Output;
 
 const DEFAULT: Parameters = Parameters::DEFAULT;
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     frames: u32,
 
     /// Send these frames: bin or bin-crc8
-    #[arg(long, value_name = "NAME", default_value = "bin", value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME", default_value = "bin", value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
 
     /// Send this payload: motion, random (different bytes in each frame), 00414200 (this payload) or ambiguous

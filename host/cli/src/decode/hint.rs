@@ -14,7 +14,7 @@ use framelock_formats::layout::{CheckedLayout, Checksum, Layout};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use super::summary::Summary;
-use crate::input::{Arrivals, Input, Notation};
+use crate::input::{Arrivals, Input, InputNotation};
 
 /// A stream, and how it was received.
 pub(super) struct Stream<'s> {
@@ -130,7 +130,7 @@ impl Stream<'_> {
             add(&format!(" if lines ended with {name}"), lines.collect());
         }
         // The first notation is raw bytes.
-        for notation in &Notation::value_variants()[1..] {
+        for notation in &InputNotation::value_variants()[1..] {
             let arrivals = Arrivals::new(Input::new("", bytes), Some(*notation));
             let mut noted = Vec::new();
             // After an error, `noted` contains the bytes before the error. The last line may be incomplete.

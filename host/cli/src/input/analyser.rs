@@ -2,7 +2,6 @@
 //! sigrok. A byte with a parity or framing error is not delivered: the error takes its place, as in a UART's driver.
 
 use std::io::BufRead;
-use std::iter::from_fn;
 use std::sync::LazyLock;
 
 use anyhow::{Context, Result, ensure};
@@ -11,7 +10,7 @@ use framelock::LineEvent;
 use regex::Regex;
 use serde::Deserialize;
 
-use super::arrivals::Arrival;
+use super::arrivals::{Arrival, each};
 use super::time::{Times, from_seconds};
 
 /// The beginnings of headers that no text on a serial line has, without blanks.
@@ -67,23 +66,17 @@ pub(super) fn arrivals(
     let is_own = |name: &str| name.contains(":uart");
     let names = names.map(|name| if is_own(&name) { "value".into() } else { name });
     let header: StringRecord = names.collect();
-    let (mut records, mut decoded) = (reader.into_records(), Decoded::default());
-    Ok(from_fn(move || {
-        loop {
-            let Some(record) = records.next() else {
-                return decoded.held.take().map(Ok);
-            };
-            let arrival = record.map_err(Into::into).and_then(|record| {
-                let line = record.position().map_or(0, csv::Position::line);
-                let row = record.deserialize(Some(&header)).ok();
-                let row = row.context("the columns are not such as Time [s],Value");
-                let arrival = row.and_then(|row| decoded.row(&row));
-                arrival.with_context(|| format!("{name}: line {line}"))
-            });
-            if let Some(arrival) = arrival.transpose() {
-                return Some(arrival);
-            }
-        }
+    let records = reader.into_records().map(|record| {
+        let record = record?;
+        Ok((record.position().map_or(0, csv::Position::line), record))
+    });
+    let mut decoded = Decoded::default();
+    Ok(each(name, records, move |record| {
+        let Some(record) = record else {
+            return Ok(decoded.held.take());
+        };
+        let row = record.deserialize(Some(&header)).ok();
+        decoded.row(&row.context("the columns are not such as Time [s],Value")?)
     }))
 }
 

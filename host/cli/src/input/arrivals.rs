@@ -10,7 +10,7 @@
 use std::io::{BufRead, BufReader};
 use std::iter::{Peekable, from_fn};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::ValueEnum;
 use framelock::LineEvent;
 
@@ -37,7 +37,7 @@ const LOOKED_AT: usize = 8 * 1024;
 
 /// The notation of an input's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Notation {
+pub(crate) enum InputNotation {
     /// Raw bytes
     Bytes,
     /// Hex in text: logs, perhaps with times; dumps with offsets; annotations of sigrok
@@ -48,7 +48,7 @@ pub(crate) enum Notation {
     Tlog,
 }
 
-impl Notation {
+impl InputNotation {
     /// Returns the notation of a file with this name and beginning. Text is bytes unless it cannot be anything else than
     /// a log, a dump or a table.
     fn of(name: &str, beginning: &[u8]) -> Self {
@@ -74,7 +74,7 @@ pub(crate) struct Arrivals<'a> {
     pub(crate) name: String,
     /// Whether the input is a regular file.
     pub(crate) is_file: bool,
-    pub(crate) notation: Notation,
+    pub(crate) notation: InputNotation,
     /// Whether the first arrival has a time.
     pub(crate) has_times: bool,
     /// The bits of a byte that are data.
@@ -84,24 +84,24 @@ pub(crate) struct Arrivals<'a> {
 
 impl<'a> Arrivals<'a> {
     /// Reads an input in this notation. Without a notation, a file's name and its beginning decide.
-    pub(crate) fn new(input: Input<'a>, notation: Option<Notation>) -> Result<Self> {
+    pub(crate) fn new(input: Input<'a>, notation: Option<InputNotation>) -> Result<Self> {
         let (name, is_file, mask) = (input.name.clone(), input.is_file, input.mask);
         let mut reader = BufReader::with_capacity(CHUNK_LENGTH, input);
         let notation = match notation {
             Some(notation) => notation,
-            None if is_file => Notation::of(&name, reader.fill_buf()?),
-            None => Notation::Bytes,
+            None if is_file => InputNotation::of(&name, reader.fill_buf()?),
+            None => InputNotation::Bytes,
         };
         let items: Box<dyn Iterator<Item = Result<Arrival>> + 'a> = match notation {
-            Notation::Bytes => Box::new(chunks(reader)),
-            Notation::Hex => Box::new(text::arrivals(name.clone(), reader)),
-            Notation::Csv => Box::new(analyser::arrivals(name.clone(), reader)?),
-            Notation::Tlog => Box::new(tlog::arrivals(reader)),
+            InputNotation::Bytes => Box::new(chunks(reader)),
+            InputNotation::Hex => Box::new(text::arrivals(name.clone(), reader)),
+            InputNotation::Csv => Box::new(analyser::arrivals(name.clone(), reader)?),
+            InputNotation::Tlog => Box::new(tlog::arrivals(reader)),
         };
         let mut items = items.peekable();
         let is_timed = |first: &Result<Arrival>| matches!(first, Ok(Arrival { time: Some(_), .. }));
         // Do not wait for bytes: only text and tables have times.
-        let has_times = notation != Notation::Bytes && items.peek().is_some_and(is_timed);
+        let has_times = notation != InputNotation::Bytes && items.peek().is_some_and(is_timed);
         Ok(Self {
             name,
             is_file,
@@ -123,6 +123,23 @@ impl Iterator for Arrivals<'_> {
         }
         Some(next)
     }
+}
+
+/// Returns the arrivals that `read` finds in numbered lines, and then in the end of the lines.
+pub(super) fn each<L>(
+    name: String,
+    lines: impl Iterator<Item = Result<(u64, L)>>,
+    mut read: impl FnMut(Option<L>) -> Result<Option<Arrival>>,
+) -> impl Iterator<Item = Result<Arrival>> {
+    let lines = lines.map(Some).chain([None]);
+    lines.filter_map(move |line| {
+        let (number, line) = match line.transpose() {
+            Ok(line) => line.unzip(),
+            Err(error) => return Some(Err(error)),
+        };
+        let at_line = || format!("{name}: line {}", number.unwrap_or_default());
+        read(line).with_context(at_line).transpose()
+    })
 }
 
 /// Returns raw bytes as soon as they arrive.

@@ -10,7 +10,7 @@ use regex::Regex;
 
 /// An offset at the beginning of a line.
 static OFFSET: LazyLock<Regex> = LazyLock::new(|| {
-    let pattern = r"^\s*(?:0x)?([0-9a-fA-F]{4,16})(:?)(\s+|$)";
+    let pattern = r"^(\s*)(?:0x)?([0-9a-fA-F]{4,16})(:?)(\s+|$)";
     Regex::new(pattern).expect("the pattern is valid")
 });
 
@@ -38,17 +38,17 @@ impl Dump {
     /// Returns the beginning of a dump if the first line of a text, or its first two lines, begin with offsets.
     pub(super) fn begin(line: &str, second: Option<&str>) -> Option<Self> {
         let found = OFFSET.captures(line)?;
-        let (start, rest) = (offset(&found[1])?, &line[found[0].len()..]);
-        let has_gap = found[1].len() % 2 == 1 || found[3].len() > 1;
-        let is_offset = !found[2].is_empty() || start == 0 && has_gap;
+        let (start, rest) = (offset(&found[2])?, &line[found[0].len()..]);
+        let has_gap = found[2].len() % 2 == 1 || found[4].len() > 1;
+        let is_offset = !found[3].is_empty() || start == 0 && has_gap;
         let follows = || {
-            let second = offset(&OFFSET.captures(second?)?[1])?;
+            let second = offset(&OFFSET.captures(second?)?[2])?;
             let length = bytes(rest).ok()?.len() as u64;
             Some(length > 0 && second == start.saturating_add(length))
         };
         let is_dump = !rest.is_empty() && (is_offset || follows() == Some(true));
         is_dump.then(|| Self {
-            indentation: indentation(line),
+            indentation: found[1].len(),
             next: start,
             ..Self::default()
         })
@@ -61,7 +61,7 @@ impl Dump {
             return Ok(Vec::new());
         }
         let found = OFFSET.captures(line).context("the offset is missing")?;
-        let (word, rest) = (&found[1], &line[found[0].len()..]);
+        let (word, rest) = (&found[2], &line[found[0].len()..]);
         let offset = offset(word).with_context(|| format!("{word} is no offset"))?;
         let mut repeated = Vec::new();
         if std::mem::take(&mut self.is_repeated) {
@@ -78,12 +78,12 @@ impl Dump {
             "the offset {word} does not follow from the lines before: is a line missing?"
         );
         ensure!(
-            indentation(line) == self.indentation,
+            found[1].len() == self.indentation,
             "this line is indented otherwise than the lines before: keep the lines of one direction"
         );
         let mut words = rest.split("  ").next().unwrap_or_default().split(' ');
         ensure!(
-            !found[2].is_empty() || words.all(|word| word.is_empty() || word.len() == 2),
+            !found[3].is_empty() || words.all(|word| word.is_empty() || word.len() == 2),
             "words of several bytes may be in another order than the bytes: dump with xxd, hexdump -C or od -tx1"
         );
         self.last = bytes(rest)?;
@@ -91,10 +91,6 @@ impl Dump {
         repeated.extend(&self.last);
         Ok(repeated)
     }
-}
-
-fn indentation(line: &str) -> usize {
-    line.len() - line.trim_start().len()
 }
 
 /// Parses an offset. Offsets of seven digits are those of od, which are octal.

@@ -7,13 +7,12 @@
 //! ```
 
 use std::io::BufRead;
-use std::iter::from_fn;
 
 use anyhow::{Context, Result, ensure};
 use framelock::LineEvent;
 
 use super::analyser::{Decoded, is_annotation};
-use super::arrivals::Arrival;
+use super::arrivals::{Arrival, each};
 use super::dump::{Dump, bytes};
 use super::time::Times;
 
@@ -31,15 +30,15 @@ pub(super) fn is_log_or_dump(text: &str) -> bool {
     let kind = Text::of(lines.next().unwrap_or_default(), lines.next());
     let arrivals: Result<Vec<Arrival>> = arrivals(String::new(), text.as_bytes()).collect();
     let has_letter = |byte: &u8| byte >> 4 > 9 || byte & 0x0F > 9;
-    match (kind, arrivals) {
-        (Text::Annotations(_), Ok(_)) => true,
-        (kind, Ok(arrivals)) => {
-            let is_timed = arrivals.iter().any(|arrival| arrival.time.is_some());
-            let mut bytes = arrivals.iter().flat_map(|arrival| &arrival.bytes);
-            (is_timed || matches!(kind, Text::Dump(_))) && bytes.any(has_letter)
+    arrivals.is_ok_and(|arrivals| {
+        let is_timed = arrivals.iter().any(|arrival| arrival.time.is_some());
+        let mut bytes = arrivals.iter().flat_map(|arrival| &arrival.bytes);
+        match kind {
+            Text::Annotations(_) => true,
+            Text::Log(_) if !is_timed => false,
+            Text::Log(_) | Text::Dump(_) => bytes.any(has_letter),
         }
-        _ => false,
-    }
+    })
 }
 
 /// Returns whether a line is blank or a comment.
@@ -55,34 +54,22 @@ pub(super) fn arrivals(
     let lines = (1_u64..).zip(reader.split(b'\n'));
     let lines = lines.map(|(number, line)| {
         let line = String::from_utf8_lossy(&line?).into_owned();
-        Ok((
-            number,
-            line.trim_start_matches('\u{FEFF}').trim_end().to_owned(),
-        ))
+        let line = line.trim_start_matches('\u{FEFF}').trim_end();
+        Ok((number, line.to_owned()))
     });
     let is_read = |line: &Result<(u64, String)>| !matches!(line, Ok((_, line)) if is_ignored(line));
-    let mut lines = lines.filter(is_read).peekable();
-    let mut text = None;
-    from_fn(move || {
-        loop {
-            let (number, line) = match (lines.next(), &mut text) {
-                (Some(Ok(line)), _) => line,
-                (Some(Err(error)), _) => return Some(Err(error)),
-                (None, Some(Text::Annotations(decoded))) => return decoded.held.take().map(Ok),
-                (None, _) => return None,
-            };
-            let text = text.get_or_insert_with(|| {
-                // Wait for the second line only if the first may begin with an offset.
-                let next = Dump::may_begin(&line).then(|| lines.peek()).flatten();
-                let next = next.and_then(|next| next.as_ref().ok());
-                Text::of(&line, next.map(|(_, next)| &**next))
-            });
-            let arrival = text.arrival(&line);
-            let arrival = arrival.with_context(|| format!("{name}: line {number}"));
-            if let Some(arrival) = arrival.transpose() {
-                return Some(arrival);
-            }
-        }
+    let mut lines = lines.filter(is_read);
+    let mut first: Vec<_> = lines.by_ref().take(1).collect();
+    // Wait for the second line only if the first may begin with an offset.
+    if let [Ok((_, line))] = &*first
+        && Dump::may_begin(line)
+    {
+        first.extend(lines.next());
+    }
+    let mut opening = first.iter().flatten().map(|(_, line)| &**line);
+    let mut text = Text::of(opening.next().unwrap_or_default(), opening.next());
+    each(name, first.into_iter().chain(lines), move |line| {
+        text.arrival(line.as_deref())
     })
 }
 
@@ -103,12 +90,14 @@ impl Text {
         }
     }
 
-    /// Reads a line.
-    fn arrival(&mut self, line: &str) -> Result<Option<Arrival>> {
-        match self {
-            Self::Log(log) => log.arrival(line).map(Some),
-            Self::Dump(dump) => Ok(Some(Arrival::new(None, dump.line(line)?))),
-            Self::Annotations(annotations) => annotations.annotation(line),
+    /// Reads a line, or the end of the text.
+    fn arrival(&mut self, line: Option<&str>) -> Result<Option<Arrival>> {
+        match (self, line) {
+            (Self::Annotations(decoded), None) => Ok(decoded.held.take()),
+            (_, None) => Ok(None),
+            (Self::Log(log), Some(line)) => log.arrival(line).map(Some),
+            (Self::Dump(dump), Some(line)) => Ok(Some(Arrival::new(None, dump.line(line)?))),
+            (Self::Annotations(decoded), Some(line)) => decoded.annotation(line),
         }
     }
 }
