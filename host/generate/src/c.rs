@@ -126,41 +126,33 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         9..=16 => 16,
         _ => 32,
     };
-    let aligned = |value: u32| {
-        let highest = value << (32 - crc.width);
+    // A register whose highest bit is processed first.
+    let placed = |register: u32| {
         if crc.reflected_in {
-            highest.reverse_bits()
+            register.reverse_bits()
         } else {
-            highest >> (32 - bits)
+            register >> (32 - bits)
         }
     };
-    let polynomial = aligned(crc.polynomial);
-    let (index_bits, count) = match table {
+    let unused = 32 - crc.width;
+    let (step, count) = match table {
         CrcTable::Nibbles => (4, 16),
         CrcTable::Bytes => (8, 256),
     };
-    let shifted = |register: u32| {
-        if crc.reflected_in {
-            (register >> 1, register & 1 == 1)
-        } else {
-            (register << 1, register >> (bits - 1) & 1 == 1)
-        }
-    };
     let entry = |index: u32| {
-        let aligned_index = if crc.reflected_in {
-            index
+        let first = if crc.reflected_in {
+            index.reverse_bits()
         } else {
-            index << (bits - index_bits)
+            index << (32 - step)
         };
-        let remainder = (0..index_bits).fold(aligned_index, |register, _| {
-            let (rest, is_divided) = shifted(register);
-            rest ^ if is_divided { polynomial } else { 0 }
+        let remainder = (0..step).fold(first, |register, _| {
+            register << 1 ^ (register >> 31) * (crc.polynomial << unused)
         });
-        remainder & (u32::MAX >> (32 - bits))
+        placed(remainder)
     };
     context! {
         bits,
-        initial => aligned(crc.initial),
+        initial => placed(crc.initial << unused),
         // The number of bits by which the result is shifted at the end.
         unused => if crc.reflected_in { 0 } else { bits - crc.width },
         with_bytes => table == CrcTable::Bytes,

@@ -4,7 +4,6 @@
 //! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each language
 //! has a template, which walks this plan and contains the text of the program. `c` computes what only C needs.
 #![forbid(unsafe_code)]
-#![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
 mod layout;
@@ -139,8 +138,6 @@ struct Item {
     count: Option<usize>,
     /// The smallest Rust type that holds the number.
     number: String,
-    /// The number of bits in this type.
-    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
     /// The name of the number of values, if a shorter frame may have fewer of them.
@@ -312,7 +309,6 @@ impl Item {
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
-            type_width,
             is_narrow_signed: class == 'i' && width < type_width,
             values: None,
             in_text: has_text_place,
@@ -331,7 +327,7 @@ impl Item {
 
 /// Returns the position and the meaning of a field, for a comment.
 fn meaning(field: &Field) -> String {
-    let mut meaning = match field.kind {
+    let place = match field.kind {
         _ if field.is_appended => "After the frame".to_owned(),
         _ if field.text.is_some() => "In the text".to_owned(),
         Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
@@ -340,30 +336,27 @@ fn meaning(field: &Field) -> String {
         Type::Bytes => format!("At {}: bytes", field.at),
         Type::Text => format!("At {}: text", field.at),
     };
-    if let Some(mask) = field.mask {
-        meaning += &format!(", mask {mask:#X}");
-    }
-    meaning += match field.notation {
-        Notation::SignMagnitude => ", sign and magnitude",
-        Notation::Bcd => ", BCD",
-        Notation::Hex => ", hex digits",
-        _ => "",
+    let notation = match field.notation {
+        Notation::SignMagnitude => Some(", sign and magnitude"),
+        Notation::Bcd => Some(", BCD"),
+        Notation::Hex => Some(", hex digits"),
+        _ => None,
     };
-    if let Some(decimals @ 1..) = field.decimals {
-        meaning += &format!(", times 10^{decimals}");
-    }
-    if let Some(scale) = &field.scale {
-        meaning += &format!("; times {scale}");
-    }
-    if let Some(unit) = &field.unit {
-        meaning += &format!("; in `{}`", one_line(unit));
-    }
-    for (number, name) in &field.names {
-        meaning += &format!("; {number}: {}", one_line(name));
-    }
-    meaning += &field
-        .missing
-        .as_ref()
-        .map_or(String::new(), |missing| format!("; {missing}: no value"));
-    meaning + "."
+    let decimals = field.decimals.filter(|decimals| *decimals > 0);
+    let (scale, unit) = (field.scale.as_ref(), field.unit.as_ref());
+    let parts = [
+        field.mask.map(|mask| format!(", mask {mask:#X}")),
+        notation.map(str::to_owned),
+        decimals.map(|decimals| format!(", times 10^{decimals}")),
+        scale.map(|scale| format!("; times {scale}")),
+        unit.map(|unit| format!("; in `{}`", one_line(unit))),
+    ];
+    let names = field
+        .names
+        .iter()
+        .map(|(number, name)| format!("; {number}: {}", one_line(name)));
+    let missing = field.missing.as_ref();
+    let missing = missing.map(|missing| format!("; {missing}: no value"));
+    let parts = parts.into_iter().flatten().chain(names).chain(missing);
+    place + &parts.collect::<String>() + "."
 }
