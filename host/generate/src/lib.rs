@@ -34,11 +34,8 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<CheckedLayout> = description
-        .kinds
-        .iter()
-        .map(|kind| *kind.layout())
-        .collect();
+    let layouts = description.kinds.iter().map(|kind| *kind.layout());
+    let layouts: Vec<CheckedLayout> = layouts.collect();
     for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
         kind.in_c = c::value(layout, table);
     }
@@ -158,6 +155,8 @@ struct Item {
     first: Option<usize>,
     /// The number of bits in the value.
     width: usize,
+    /// The number of bits that the value takes in a frame.
+    bits: usize,
     mask: Option<u64>,
     /// The index of the mask's lowest bit.
     shift: u32,
@@ -166,6 +165,7 @@ struct Item {
 impl Program {
     fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
         let has_kinds = description.kinds.len() > 1;
+        let packets = description.format().packets();
         let mut reserved = language.reserved();
         let kinds = description.kinds.iter().map(|kind| {
             let name = if has_kinds {
@@ -181,10 +181,7 @@ impl Program {
             command: one_line(command),
             version: env!("CARGO_PKG_VERSION"),
             longest: description.format().longest(),
-            packets: description
-                .format()
-                .packets()
-                .map_or(().into(), layout::packets),
+            packets: packets.map_or(().into(), layout::packets),
             has_kinds,
             may_fail: kinds.iter().any(|kind| kind.may_fail),
             kinds,
@@ -252,10 +249,8 @@ impl KindItem {
 /// Returns whether a text is a part of a field that takes the rest of the frame. Generated code has only that field.
 #[must_use]
 pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
-    let mut others = kind
-        .fields
-        .iter()
-        .filter(|it| it.text.is_none() && it.at >= 0);
+    let fields = kind.fields.iter();
+    let mut others = fields.filter(|it| it.text.is_none() && it.at >= 0);
     let has_whole = others.any(|it| it.is_bytes() && it.count.is_none() && it.at <= field.at);
     has_whole && field.is_bytes() && field.count.is_some() && !field.is_appended
 }
@@ -280,20 +275,17 @@ impl Item {
             Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
-        let has_text_place = field.text.is_some();
+        let has_pattern = field.text.is_some();
         let is_text = field.is_bytes()
-            && !(has_text_place && matches!(field.notation, Notation::Decimal | Notation::Hex));
+            && !(has_pattern && matches!(field.notation, Notation::Decimal | Notation::Hex));
         let class = match field.class() {
             Class::Signed if is_text => 'u',
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let width = if has_text_place {
-            32
-        } else {
-            field.value_width()
-        };
+        let width = if has_pattern { 32 } else { field.value_width() };
+        let digits = 1 + usize::from(field.notation == Notation::Hex);
         let type_width = width.next_power_of_two().max(8);
         Self {
             described_name: field.name.clone(),
@@ -311,7 +303,7 @@ impl Item {
             number: format!("{class}{type_width}"),
             is_narrow_signed: class == 'i' && width < type_width,
             values: None,
-            in_text: has_text_place,
+            in_text: has_pattern,
             notation: format!("{:?}", field.notation),
             decimals: field.decimals.unwrap_or_default(),
             is_fallible: is_fallible(field),
@@ -319,6 +311,7 @@ impl Item {
             encoding,
             first,
             width,
+            bits: first.map_or(8 * bytes * digits, |_| width),
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
         }
