@@ -617,7 +617,6 @@ static inline bool axes_text_letters_decode(const uint8_t *frame, uint8_t length
 /* Writes a frame of letters. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_letters_encode(const axes_text_letters_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_letters_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;
@@ -700,7 +699,6 @@ static inline bool axes_text_brackets_decode(const uint8_t *frame, uint8_t lengt
 /* Writes a frame of brackets. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_brackets_encode(const axes_text_brackets_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_brackets_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;
@@ -789,7 +787,6 @@ static inline bool axes_text_lines_decode(const uint8_t *frame, uint8_t length, 
 /* Writes a frame of lines. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_lines_encode(const axes_text_lines_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_lines_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;

@@ -166,7 +166,6 @@ BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 BIN_FUNCTION size_t bin_encode(const bin_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 7U;
     uint8_t length;
     uint8_t number = 0U;

@@ -256,7 +256,6 @@ COBS_FUNCTION void cobs_decode(const uint8_t *frame, uint16_t length, cobs_messa
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 COBS_FUNCTION size_t cobs_encode(const cobs_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;

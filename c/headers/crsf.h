@@ -265,7 +265,6 @@ CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_messag
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 CRSF_FUNCTION size_t crsf_encode(const crsf_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 4U;
     uint8_t length;
     uint8_t number = 0U;

@@ -584,7 +584,6 @@ static inline void gnss_ubx_decode(const uint8_t *frame, uint16_t length, gnss_u
 /* Writes a frame of ubx. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
@@ -642,7 +641,6 @@ static inline void gnss_nmea_decode(const uint8_t *frame, uint16_t length, gnss_
 /* Writes a frame of nmea. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 7U;
     uint16_t length;
     uint16_t number = 0U;
@@ -695,7 +693,6 @@ static inline void gnss_rtcm_decode(const uint8_t *frame, uint16_t length, gnss_
 /* Writes a frame of rtcm. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_rtcm_encode(const gnss_rtcm_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 6U;
     uint16_t length;
     uint16_t number = 0U;

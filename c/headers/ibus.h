@@ -246,8 +246,8 @@ IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_messag
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_FUNCTION size_t ibus_encode(const ibus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 32U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     uint16_t sum;

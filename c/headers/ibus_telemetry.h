@@ -251,7 +251,6 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_TELEMETRY_FUNCTION size_t ibus_telemetry_encode(const ibus_telemetry_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 3U;
     uint8_t length;
     uint8_t number = 0U;

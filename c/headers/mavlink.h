@@ -633,7 +633,6 @@ static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length
 /* Writes a frame of mavlink2. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 12U;
     uint16_t length;
     uint16_t number = 0U;
@@ -719,7 +718,6 @@ static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length
 /* Writes a frame of mavlink1. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;

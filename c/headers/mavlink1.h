@@ -365,7 +365,6 @@ MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, ma
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MAVLINK1_FUNCTION size_t mavlink1_encode(const mavlink1_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;

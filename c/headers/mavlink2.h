@@ -420,7 +420,6 @@ MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, ma
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MAVLINK2_FUNCTION size_t mavlink2_encode(const mavlink2_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 12U;
     uint16_t length;
     uint16_t number = 0U;

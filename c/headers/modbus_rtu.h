@@ -255,7 +255,6 @@ MODBUS_RTU_FUNCTION void modbus_rtu_decode(const uint8_t *frame, uint16_t length
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MODBUS_RTU_FUNCTION size_t modbus_rtu_encode(const modbus_rtu_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 4U;
     uint16_t length;
     uint16_t number = 0U;

@@ -353,7 +353,6 @@ NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_messa
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 7U;
     uint16_t length;
     uint16_t number = 0U;

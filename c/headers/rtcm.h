@@ -268,7 +268,6 @@ RTCM_FUNCTION void rtcm_decode(const uint8_t *frame, uint16_t length, rtcm_messa
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 RTCM_FUNCTION size_t rtcm_encode(const rtcm_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 6U;
     uint16_t length;
     uint16_t number = 0U;

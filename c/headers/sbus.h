@@ -250,8 +250,8 @@ SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_messag
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SBUS_FUNCTION size_t sbus_encode(const sbus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 25U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     sbus_message again;

@@ -244,7 +244,6 @@ SLIP_FUNCTION void slip_decode(const uint8_t *frame, uint16_t length, slip_messa
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SLIP_FUNCTION size_t slip_encode(const slip_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;

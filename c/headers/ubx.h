@@ -252,7 +252,6 @@ UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message 
 /* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 UBX_FUNCTION size_t ubx_encode(const ubx_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
