@@ -139,8 +139,8 @@ AXES_TEXT_FUNCTION void axes_text_init(axes_text_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 AXES_TEXT_FUNCTION uint32_t axes_text_pending(const axes_text_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 AXES_TEXT_FUNCTION bool axes_text_push(axes_text_receiver *receiver, uint8_t byte, axes_text_message *message);
 
@@ -614,10 +614,9 @@ static inline bool axes_text_letters_decode(const uint8_t *frame, uint8_t length
     return true;
 }
 
-/* Writes a frame of letters. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of letters. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_letters_encode(const axes_text_letters_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_letters_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;
@@ -697,10 +696,9 @@ static inline bool axes_text_brackets_decode(const uint8_t *frame, uint8_t lengt
     return true;
 }
 
-/* Writes a frame of brackets. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of brackets. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_brackets_encode(const axes_text_brackets_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_brackets_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;
@@ -786,10 +784,9 @@ static inline bool axes_text_lines_decode(const uint8_t *frame, uint8_t length, 
     return true;
 }
 
-/* Writes a frame of lines. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of lines. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t axes_text_lines_encode(const axes_text_lines_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 2U + axes_text_lines_text(message, NULL, 0U);
     uint8_t length;
     uint8_t number = 0U;

@@ -154,6 +154,7 @@ static inline bin_outcome bin_classify(const uint8_t *bytes, uint8_t count, uint
     return BIN_FRAME;
 }
 
+/* Reads the fields of a frame. */
 BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *message)
 {
     (void)length;
@@ -162,9 +163,9 @@ BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *
     message->yaw = frame[5U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 BIN_FUNCTION size_t bin_encode(const bin_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 7U;
     uint8_t length;
     uint8_t number = 0U;

@@ -194,6 +194,7 @@ static inline bin_crc8_outcome bin_crc8_classify(const uint8_t *bytes, uint8_t c
     return BIN_CRC8_FRAME;
 }
 
+/* Reads the fields of a frame. */
 BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin_crc8_message *message)
 {
     (void)length;
@@ -202,9 +203,9 @@ BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin
     message->yaw = frame[5U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 BIN_CRC8_FUNCTION size_t bin_crc8_encode(const bin_crc8_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 8U;
     uint8_t length;
     uint8_t number = 0U;

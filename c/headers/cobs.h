@@ -246,15 +246,16 @@ static inline cobs_outcome cobs_classify_before(const uint8_t *bytes, uint16_t l
     return COBS_FRAME;
 }
 
+/* Reads the fields of a frame. */
 COBS_FUNCTION void cobs_decode(const uint8_t *frame, uint16_t length, cobs_message *message)
 {
     message->packet = &frame[0U];
     message->packet_length = (uint16_t)(length - 0U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 COBS_FUNCTION size_t cobs_encode(const cobs_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;

@@ -99,8 +99,8 @@ IBUS_FUNCTION void ibus_init(ibus_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message *message);
 
@@ -229,6 +229,7 @@ static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t co
     return IBUS_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_message *message)
 {
     uint8_t i;
@@ -242,10 +243,11 @@ IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_messag
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_FUNCTION size_t ibus_encode(const ibus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 32U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     uint16_t sum;

@@ -100,8 +100,8 @@ IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, ibus_any_message *message);
 
@@ -223,6 +223,7 @@ static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, ui
     return IBUS_ANY_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibus_any_message *message)
 {
     uint8_t i;
@@ -237,10 +238,11 @@ IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibu
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_ANY_FUNCTION size_t ibus_any_encode(const ibus_any_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 32U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     uint16_t sum;

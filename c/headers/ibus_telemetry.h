@@ -104,8 +104,8 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_init(ibus_telemetry_receiver *receiv
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiver, uint8_t byte, ibus_telemetry_message *message);
 
@@ -229,6 +229,7 @@ static inline ibus_telemetry_outcome ibus_telemetry_classify_before(const uint8_
     return IBUS_TELEMETRY_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t length, ibus_telemetry_message *message)
 {
     ibus_telemetry_clear(message, sizeof *message);
@@ -247,9 +248,9 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_TELEMETRY_FUNCTION size_t ibus_telemetry_encode(const ibus_telemetry_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 3U;
     uint8_t length;
     uint8_t number = 0U;

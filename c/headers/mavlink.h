@@ -142,8 +142,8 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
@@ -630,10 +630,9 @@ static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length
     }
 }
 
-/* Writes a frame of mavlink2. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of mavlink2. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 12U;
     uint16_t length;
     uint16_t number = 0U;
@@ -716,10 +715,9 @@ static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of mavlink1. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of mavlink1. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;

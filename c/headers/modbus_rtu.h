@@ -103,8 +103,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_init(modbus_rtu_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t byte, modbus_rtu_message *message);
 
@@ -243,6 +243,7 @@ static inline modbus_rtu_outcome modbus_rtu_classify_before(const uint8_t *bytes
     return MODBUS_RTU_FRAME;
 }
 
+/* Reads the fields of a frame. */
 MODBUS_RTU_FUNCTION void modbus_rtu_decode(const uint8_t *frame, uint16_t length, modbus_rtu_message *message)
 {
     message->address = frame[0U];
@@ -251,9 +252,9 @@ MODBUS_RTU_FUNCTION void modbus_rtu_decode(const uint8_t *frame, uint16_t length
     message->data_length = (uint16_t)(length - 4U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MODBUS_RTU_FUNCTION size_t modbus_rtu_encode(const modbus_rtu_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 4U;
     uint16_t length;
     uint16_t number = 0U;

@@ -101,8 +101,8 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
@@ -341,6 +341,7 @@ static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t c
     return NMEA_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message)
 {
     length = nmea_counted(frame, length);
@@ -349,9 +350,9 @@ NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_messa
     message->sentence_length = (uint16_t)(length - 6U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 7U;
     uint16_t length;
     uint16_t number = 0U;

@@ -106,8 +106,8 @@ SBUS_FUNCTION void sbus_init(sbus_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message *message);
 
@@ -231,6 +231,7 @@ static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t co
     return SBUS_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_message *message)
 {
     uint8_t i;
@@ -246,10 +247,11 @@ SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_messag
     message->end = frame[24U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SBUS_FUNCTION size_t sbus_encode(const sbus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 25U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     sbus_message again;

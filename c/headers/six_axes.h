@@ -184,6 +184,7 @@ static inline six_axes_outcome six_axes_classify(const uint8_t *bytes, uint8_t c
     return SIX_AXES_FRAME;
 }
 
+/* Reads the fields of a frame. */
 SIX_AXES_FUNCTION void six_axes_decode(const uint8_t *frame, uint8_t length, six_axes_message *message)
 {
     uint8_t i;
@@ -194,10 +195,11 @@ SIX_AXES_FUNCTION void six_axes_decode(const uint8_t *frame, uint8_t length, six
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SIX_AXES_FUNCTION size_t six_axes_encode(const six_axes_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 16U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     six_axes_message again;

@@ -234,15 +234,16 @@ static inline slip_outcome slip_classify_before(const uint8_t *bytes, uint16_t l
     return SLIP_FRAME;
 }
 
+/* Reads the fields of a frame. */
 SLIP_FUNCTION void slip_decode(const uint8_t *frame, uint16_t length, slip_message *message)
 {
     message->packet = &frame[0U];
     message->packet_length = (uint16_t)(length - 0U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SLIP_FUNCTION size_t slip_encode(const slip_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;

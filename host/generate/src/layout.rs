@@ -48,20 +48,13 @@ pub(crate) fn packets(stuffing: Stuffing) -> Value {
         Stuffing::Escape {
             delimiter,
             escape,
-            codes: Codes::Xor(xor),
+            codes,
         } => {
-            context! { kind => "escape", delimiter, escape, xor }
-        }
-        Stuffing::Escape {
-            delimiter,
-            escape,
-            codes:
-                Codes::Pair {
-                    delimiter: delimiter_code,
-                    escape: escape_code,
-                },
-        } => {
-            context! { kind => "escape", delimiter, escape, xor => (), delimiter_code, escape_code }
+            let (xor, codes) = match codes {
+                Codes::Xor(xor) => (Some(xor), None),
+                Codes::Pair { delimiter, escape } => (None, Some((delimiter, escape))),
+            };
+            context! { kind => "escape", delimiter, escape, xor, codes }
         }
         Stuffing::Cobs => context! { kind => "cobs", delimiter => 0 },
         Stuffing::Doubled { escape, start, end } => {

@@ -4,7 +4,6 @@
 //! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each language
 //! has a template, which walks this plan and contains the text of the program. `c` computes what only C needs.
 #![forbid(unsafe_code)]
-#![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
 mod layout;
@@ -35,11 +34,8 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<CheckedLayout> = description
-        .kinds
-        .iter()
-        .map(|kind| *kind.layout())
-        .collect();
+    let layouts = description.kinds.iter().map(|kind| *kind.layout());
+    let layouts: Vec<CheckedLayout> = layouts.collect();
     for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
         kind.in_c = c::value(layout, table);
     }
@@ -139,8 +135,6 @@ struct Item {
     count: Option<usize>,
     /// The smallest Rust type that holds the number.
     number: String,
-    /// The number of bits in this type.
-    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
     /// The name of the number of values, if a shorter frame may have fewer of them.
@@ -161,6 +155,8 @@ struct Item {
     first: Option<usize>,
     /// The number of bits in the value.
     width: usize,
+    /// The number of bits that the value takes in a frame.
+    bits: usize,
     mask: Option<u64>,
     /// The index of the mask's lowest bit.
     shift: u32,
@@ -169,6 +165,7 @@ struct Item {
 impl Program {
     fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
         let has_kinds = description.kinds.len() > 1;
+        let packets = description.format().packets();
         let mut reserved = language.reserved();
         let kinds = description.kinds.iter().map(|kind| {
             let name = if has_kinds {
@@ -184,10 +181,7 @@ impl Program {
             command: one_line(command),
             version: env!("CARGO_PKG_VERSION"),
             longest: description.format().longest(),
-            packets: description
-                .format()
-                .packets()
-                .map_or(().into(), layout::packets),
+            packets: packets.map_or(().into(), layout::packets),
             has_kinds,
             may_fail: kinds.iter().any(|kind| kind.may_fail),
             kinds,
@@ -255,10 +249,8 @@ impl KindItem {
 /// Returns whether a text is a part of a field that takes the rest of the frame. Generated code has only that field.
 #[must_use]
 pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
-    let mut others = kind
-        .fields
-        .iter()
-        .filter(|it| it.text.is_none() && it.at >= 0);
+    let fields = kind.fields.iter();
+    let mut others = fields.filter(|it| it.text.is_none() && it.at >= 0);
     let has_whole = others.any(|it| it.is_bytes() && it.count.is_none() && it.at <= field.at);
     has_whole && field.is_bytes() && field.count.is_some() && !field.is_appended
 }
@@ -283,20 +275,17 @@ impl Item {
             Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
-        let has_text_place = field.text.is_some();
+        let has_pattern = field.text.is_some();
         let is_text = field.is_bytes()
-            && !(has_text_place && matches!(field.notation, Notation::Decimal | Notation::Hex));
+            && !(has_pattern && matches!(field.notation, Notation::Decimal | Notation::Hex));
         let class = match field.class() {
             Class::Signed if is_text => 'u',
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let width = if has_text_place {
-            32
-        } else {
-            field.value_width()
-        };
+        let width = if has_pattern { 32 } else { field.value_width() };
+        let digits = 1 + usize::from(field.notation == Notation::Hex);
         let type_width = width.next_power_of_two().max(8);
         Self {
             described_name: field.name.clone(),
@@ -312,10 +301,9 @@ impl Item {
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
-            type_width,
             is_narrow_signed: class == 'i' && width < type_width,
             values: None,
-            in_text: has_text_place,
+            in_text: has_pattern,
             notation: format!("{:?}", field.notation),
             decimals: field.decimals.unwrap_or_default(),
             is_fallible: is_fallible(field),
@@ -323,6 +311,7 @@ impl Item {
             encoding,
             first,
             width,
+            bits: first.map_or(8 * bytes * digits, |_| width),
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
         }
@@ -331,7 +320,7 @@ impl Item {
 
 /// Returns the position and the meaning of a field, for a comment.
 fn meaning(field: &Field) -> String {
-    let mut meaning = match field.kind {
+    let place = match field.kind {
         _ if field.is_appended => "After the frame".to_owned(),
         _ if field.text.is_some() => "In the text".to_owned(),
         Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
@@ -340,30 +329,27 @@ fn meaning(field: &Field) -> String {
         Type::Bytes => format!("At {}: bytes", field.at),
         Type::Text => format!("At {}: text", field.at),
     };
-    if let Some(mask) = field.mask {
-        meaning += &format!(", mask {mask:#X}");
-    }
-    meaning += match field.notation {
-        Notation::SignMagnitude => ", sign and magnitude",
-        Notation::Bcd => ", BCD",
-        Notation::Hex => ", hex digits",
-        _ => "",
+    let notation = match field.notation {
+        Notation::SignMagnitude => Some(", sign and magnitude"),
+        Notation::Bcd => Some(", BCD"),
+        Notation::Hex => Some(", hex digits"),
+        _ => None,
     };
-    if let Some(decimals @ 1..) = field.decimals {
-        meaning += &format!(", times 10^{decimals}");
-    }
-    if let Some(scale) = &field.scale {
-        meaning += &format!("; times {scale}");
-    }
-    if let Some(unit) = &field.unit {
-        meaning += &format!("; in `{}`", one_line(unit));
-    }
-    for (number, name) in &field.names {
-        meaning += &format!("; {number}: {}", one_line(name));
-    }
-    meaning += &field
-        .missing
-        .as_ref()
-        .map_or(String::new(), |missing| format!("; {missing}: no value"));
-    meaning + "."
+    let decimals = field.decimals.filter(|decimals| *decimals > 0);
+    let (scale, unit) = (field.scale.as_ref(), field.unit.as_ref());
+    let parts = [
+        field.mask.map(|mask| format!(", mask {mask:#X}")),
+        notation.map(str::to_owned),
+        decimals.map(|decimals| format!(", times 10^{decimals}")),
+        scale.map(|scale| format!("; times {scale}")),
+        unit.map(|unit| format!("; in `{}`", one_line(unit))),
+    ];
+    let names = field
+        .names
+        .iter()
+        .map(|(number, name)| format!("; {number}: {}", one_line(name)));
+    let missing = field.missing.as_ref();
+    let missing = missing.map(|missing| format!("; {missing}: no value"));
+    let parts = parts.into_iter().flatten().chain(names).chain(missing);
+    place + &parts.collect::<String>() + "."
 }

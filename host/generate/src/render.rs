@@ -1,6 +1,6 @@
 //! Renders the templates of Rust modules and C headers.
 
-use minijinja::{Environment, Error, UndefinedBehavior, Value};
+use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::c;
 
@@ -46,11 +46,7 @@ fn template_of(part: &str) -> String {
 }
 
 /// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls.
-pub(crate) fn source(program: &Value, template: Template) -> String {
-    try_source(program, template).unwrap_or_else(|error| unreachable!("in a template: {error:#}"))
-}
-
-fn try_source(program: &Value, (template, helpers): Template) -> Result<String, Error> {
+pub(crate) fn source(program: &Value, (template, helpers): Template) -> String {
     let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -64,10 +60,13 @@ fn try_source(program: &Value, (template, helpers): Template) -> Result<String, 
     environment.add_filter("c_text", c::text);
     environment.add_filter("rust_text", rust_text);
     for (name, part) in &engine {
-        environment.add_template(name, part)?;
+        let added = environment.add_template(name, part);
+        added.expect("a correct template");
     }
-    let code = environment.render_str(template, program)?;
-    let helpers = environment.render_str(&template_of(helpers), program)? + "\n";
+    let render = |template: &str| environment.render_str(template, program);
+    let render = |template| render(template).expect("a correct template");
+    let code = render(template);
+    let helpers = render(&template_of(helpers)) + "\n";
     let (types, functions) = code
         .split_once("HELPERS\n")
         .expect("the template has this line");
@@ -81,7 +80,7 @@ fn try_source(program: &Value, (template, helpers): Template) -> Result<String, 
         used = more;
     }
     let source = format!("{}{used}{}", types.trim_start(), functions.trim_start());
-    Ok(source.trim_end().to_owned() + "\n")
+    source.trim_end().to_owned() + "\n"
 }
 
 /// Returns a number in hexadecimal, with at least two digits or `digits`.

@@ -1,13 +1,11 @@
 /// Reads a little-endian integer of `count` bytes.
 fn le(frame: &[u8], at: usize, count: usize) -> u64 {
-    let bytes = frame.iter().skip(at).take(count).rev();
-    bytes.fold(0, |number, &byte| number << 8 | u64::from(byte))
+    bits(frame, 8 * at, 8 * count)
 }
 
 /// Reads a big-endian integer of `count` bytes. Missing bytes at the end count as zero.
 fn be(frame: &[u8], at: usize, count: usize) -> u64 {
-    let bytes = (at..at + count).map(|at| frame.get(at).copied().unwrap_or_default());
-    bytes.fold(0, |number, byte| number << 8 | u64::from(byte))
+    le(frame, at, count).swap_bytes() >> (64 - 8 * count)
 }
 
 /// Sign-extends a number of `width` bits.
@@ -25,10 +23,9 @@ fn bits(frame: &[u8], first: usize, width: usize) -> u64 {
     bits & u64::MAX >> (64 - width)
 }
 
-/// Returns the `N` bytes from index `at` on, or `N` zeros if the frame has fewer bytes there.
+/// Returns the `N` bytes from index `at` on. Missing bytes at the end count as zero.
 fn bytes<const N: usize>(frame: &[u8], at: usize) -> [u8; N] {
-    let bytes = frame.get(at..).and_then(<[u8]>::first_chunk);
-    bytes.copied().unwrap_or([0; N])
+    core::array::from_fn(|i| frame.get(at + i).copied().unwrap_or_default())
 }
 
 /// Returns the frame's bytes from index `at` on, without its last `others` bytes.
@@ -38,18 +35,12 @@ fn rest(frame: &[u8], at: usize, others: usize) -> Option<&[u8]> {
 
 /// Writes a little-endian integer of `count` bytes. Bits that are already 1 stay 1.
 fn put_le(frame: &mut [u8], at: usize, count: usize, number: u64) {
-    let place = frame.iter_mut().skip(at).take(count);
-    for (byte, it) in place.zip(number.to_le_bytes()) {
-        *byte |= it;
-    }
+    put_bits(frame, 8 * at, 8 * count, number);
 }
 
 /// Writes a big-endian integer of `count` bytes. Bits that are already 1 stay 1.
 fn put_be(frame: &mut [u8], at: usize, count: usize, number: u64) {
-    let place = frame.iter_mut().skip(at).take(count).rev();
-    for (byte, it) in place.zip(number.to_le_bytes()) {
-        *byte |= it;
-    }
+    put_le(frame, at, count, number.swap_bytes() >> (64 - 8 * count));
 }
 
 /// Writes the lowest `width` bits of a number, from bit `first` on. Bits that are already 1 stay 1.
@@ -70,12 +61,8 @@ fn put(frame: &mut [u8], at: usize, bytes: &[u8]) {
 
 /// Converts a number of `width` bits, the highest of which is the sign.
 fn magnitude(number: u64, width: usize) -> i64 {
-    let magnitude = (number & !(1 << (width - 1))) as i64;
-    if number >> (width - 1) == 0 {
-        magnitude
-    } else {
-        -magnitude
-    }
+    let sign = 1 << (width - 1);
+    (number & !sign) as i64 * if number & sign == 0 { 1 } else { -1 }
 }
 
 /// Returns the magnitude of a number in `width` bits, the highest of which is the sign.
