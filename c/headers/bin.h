@@ -154,6 +154,7 @@ static inline bin_outcome bin_classify(const uint8_t *bytes, uint8_t count, uint
     return BIN_FRAME;
 }
 
+/* Reads the fields of a frame. */
 BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *message)
 {
     (void)length;
@@ -162,9 +163,9 @@ BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *
     message->yaw = frame[5U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 BIN_FUNCTION size_t bin_encode(const bin_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 7U;
     uint8_t length;
     uint8_t number = 0U;
@@ -220,6 +221,13 @@ static inline void bin_count_frame(bin_receiver *receiver, uint8_t length)
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool bin_read(const uint8_t *frame, uint8_t length, bin_message *message)
+{
+    bin_decode(frame, length, message);
+    return true;
+}
+
 BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver)
 {
     return receiver->count;
@@ -246,10 +254,9 @@ BIN_FUNCTION bool bin_push(bin_receiver *receiver, uint8_t byte, bin_message *me
     }
     if (outcome == BIN_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        bin_decode(receiver->held, BIN_LONGEST, message);
         bin_count_frame(receiver, BIN_LONGEST);
         receiver->count = 0U;
-        return true;
+        return bin_read(receiver->held, BIN_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

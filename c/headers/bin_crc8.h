@@ -194,6 +194,7 @@ static inline bin_crc8_outcome bin_crc8_classify(const uint8_t *bytes, uint8_t c
     return BIN_CRC8_FRAME;
 }
 
+/* Reads the fields of a frame. */
 BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin_crc8_message *message)
 {
     (void)length;
@@ -202,9 +203,9 @@ BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin
     message->yaw = frame[5U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 BIN_CRC8_FUNCTION size_t bin_crc8_encode(const bin_crc8_message *message, uint8_t *frame, size_t room)
 {
-
     const size_t size = 8U;
     uint8_t length;
     uint8_t number = 0U;
@@ -263,6 +264,13 @@ static inline void bin_crc8_count_frame(bin_crc8_receiver *receiver, uint8_t len
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool bin_crc8_read(const uint8_t *frame, uint8_t length, bin_crc8_message *message)
+{
+    bin_crc8_decode(frame, length, message);
+    return true;
+}
+
 BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver)
 {
     return receiver->count;
@@ -289,10 +297,9 @@ BIN_CRC8_FUNCTION bool bin_crc8_push(bin_crc8_receiver *receiver, uint8_t byte, 
     }
     if (outcome == BIN_CRC8_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        bin_crc8_decode(receiver->held, BIN_CRC8_LONGEST, message);
         bin_crc8_count_frame(receiver, BIN_CRC8_LONGEST);
         receiver->count = 0U;
-        return true;
+        return bin_crc8_read(receiver->held, BIN_CRC8_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

@@ -246,15 +246,16 @@ static inline cobs_outcome cobs_classify_before(const uint8_t *bytes, uint16_t l
     return COBS_FRAME;
 }
 
+/* Reads the fields of a frame. */
 COBS_FUNCTION void cobs_decode(const uint8_t *frame, uint16_t length, cobs_message *message)
 {
     message->packet = &frame[0U];
     message->packet_length = (uint16_t)(length - 0U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 COBS_FUNCTION size_t cobs_encode(const cobs_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;
@@ -308,6 +309,13 @@ static inline void cobs_count_frame(cobs_receiver *receiver, uint32_t length)
     }
 }
 
+/* Reads the values of a received packet. */
+static inline bool cobs_read(const uint8_t *frame, uint16_t length, cobs_message *message)
+{
+    cobs_decode(frame, length, message);
+    return true;
+}
+
 COBS_FUNCTION uint32_t cobs_pending(const cobs_receiver *receiver)
 {
     return receiver->pending;
@@ -352,10 +360,9 @@ static inline bool cobs_decide(cobs_receiver *receiver, cobs_outcome outcome, ui
         return false;
     }
     cobs_count_frame(receiver, receiver->pending);
-    cobs_decode(receiver->buffer, length, message);
     receiver->pending = 0U;
     receiver->stage = COBS_OUTSIDE;
-    return true;
+    return cobs_read(receiver->buffer, length, message);
 }
 
 /* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */

@@ -103,8 +103,8 @@ CRSF_FUNCTION void crsf_init(crsf_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message *message);
 
@@ -253,6 +253,7 @@ static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t co
     return CRSF_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_message *message)
 {
     message->address = frame[0U];
@@ -261,9 +262,9 @@ CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_messag
     message->payload_length = (uint8_t)(length - 4U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 CRSF_FUNCTION size_t crsf_encode(const crsf_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 4U;
     uint8_t length;
     uint8_t number = 0U;
@@ -327,6 +328,13 @@ static inline void crsf_count_frame(crsf_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool crsf_read(const uint8_t *frame, uint8_t length, crsf_message *message)
+{
+    crsf_decode(frame, length, message);
+    return true;
 }
 
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver)
@@ -430,8 +438,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
     if (length == 0U) {
         return false;
     }
-    crsf_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return crsf_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
@@ -442,8 +449,7 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = crsf_next(receiver, false, &again);
-        if (length > 0U) {
-            crsf_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && crsf_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -487,8 +493,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
             has_waited = true;
             length = crsf_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            crsf_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && crsf_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

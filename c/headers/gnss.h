@@ -138,8 +138,8 @@ GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message *message);
 
@@ -581,10 +581,9 @@ static inline void gnss_ubx_decode(const uint8_t *frame, uint16_t length, gnss_u
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of ubx. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of ubx. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
@@ -639,10 +638,9 @@ static inline void gnss_nmea_decode(const uint8_t *frame, uint16_t length, gnss_
     message->sentence_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of nmea. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of nmea. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 7U;
     uint16_t length;
     uint16_t number = 0U;
@@ -692,10 +690,9 @@ static inline void gnss_rtcm_decode(const uint8_t *frame, uint16_t length, gnss_
     message->payload_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of rtcm. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of rtcm. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_rtcm_encode(const gnss_rtcm_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 6U;
     uint16_t length;
     uint16_t number = 0U;
@@ -785,6 +782,13 @@ static inline void gnss_count_frame(gnss_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool gnss_read(const uint8_t *frame, uint16_t length, gnss_message *message)
+{
+    gnss_decode(frame, length, message);
+    return true;
 }
 
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver)
@@ -888,8 +892,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
     if (length == 0U) {
         return false;
     }
-    gnss_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return gnss_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
@@ -900,8 +903,7 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = gnss_next(receiver, false, &again);
-        if (length > 0U) {
-            gnss_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && gnss_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -945,8 +947,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
             has_waited = true;
             length = gnss_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            gnss_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && gnss_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -99,8 +99,8 @@ IBUS_FUNCTION void ibus_init(ibus_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message *message);
 
@@ -173,7 +173,7 @@ static inline bool ibus_starts(uint8_t byte)
     return byte == 0x20U;
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -184,7 +184,7 @@ static inline uint16_t ibus_checksum(const uint8_t *bytes, uint8_t count)
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
@@ -229,6 +229,7 @@ static inline ibus_outcome ibus_classify_before(const uint8_t *bytes, uint8_t co
     return IBUS_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_message *message)
 {
     uint8_t i;
@@ -242,10 +243,11 @@ IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_messag
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_FUNCTION size_t ibus_encode(const ibus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 32U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     uint16_t sum;
@@ -301,6 +303,13 @@ static inline void ibus_count_frame(ibus_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool ibus_read(const uint8_t *frame, uint8_t length, ibus_message *message)
+{
+    ibus_decode(frame, length, message);
+    return true;
 }
 
 IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver)
@@ -404,8 +413,7 @@ IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message
     if (length == 0U) {
         return false;
     }
-    ibus_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ibus_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
@@ -416,8 +424,7 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_next(receiver, false, &again);
-        if (length > 0U) {
-            ibus_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ibus_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -461,8 +468,8 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
             has_waited = true;
             length = ibus_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ibus_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ibus_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

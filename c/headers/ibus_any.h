@@ -100,8 +100,8 @@ IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, ibus_any_message *message);
 
@@ -174,7 +174,7 @@ static inline bool ibus_any_starts(uint8_t byte)
     return byte == 0x20U;
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -185,7 +185,7 @@ static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
@@ -223,6 +223,7 @@ static inline ibus_any_outcome ibus_any_classify_before(const uint8_t *bytes, ui
     return IBUS_ANY_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibus_any_message *message)
 {
     uint8_t i;
@@ -237,10 +238,11 @@ IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibu
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_ANY_FUNCTION size_t ibus_any_encode(const ibus_any_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 32U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     uint16_t sum;
@@ -299,6 +301,13 @@ static inline void ibus_any_count_frame(ibus_any_receiver *receiver, uint8_t len
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool ibus_any_read(const uint8_t *frame, uint8_t length, ibus_any_message *message)
+{
+    ibus_any_decode(frame, length, message);
+    return true;
 }
 
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver)
@@ -402,8 +411,7 @@ IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, 
     if (length == 0U) {
         return false;
     }
-    ibus_any_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ibus_any_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_message *message)
@@ -414,8 +422,7 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_any_next(receiver, false, &again);
-        if (length > 0U) {
-            ibus_any_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ibus_any_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -459,8 +466,8 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
             has_waited = true;
             length = ibus_any_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ibus_any_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ibus_any_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -104,8 +104,8 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_init(ibus_telemetry_receiver *receiv
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiver, uint8_t byte, ibus_telemetry_message *message);
 
@@ -177,7 +177,7 @@ static inline bool ibus_telemetry_starts(uint8_t byte)
     return (byte == 0x04U) || (byte == 0x06U) || (byte == 0x08U);
 }
 
-/* Returns the inverted sum of `count` bytes. */
+/* Returns the sum of `count` bytes. */
 static inline uint16_t ibus_telemetry_checksum(const uint8_t *bytes, uint8_t count)
 {
     uint16_t sum = 0U;
@@ -188,7 +188,7 @@ static inline uint16_t ibus_telemetry_checksum(const uint8_t *bytes, uint8_t cou
 
         sum = (uint16_t)(sum + byte);
     }
-    return (uint16_t)(~sum);
+    return (uint16_t)(sum ^ 0xFFFFU);
 }
 
 /* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
@@ -229,6 +229,7 @@ static inline ibus_telemetry_outcome ibus_telemetry_classify_before(const uint8_
     return IBUS_TELEMETRY_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t length, ibus_telemetry_message *message)
 {
     ibus_telemetry_clear(message, sizeof *message);
@@ -247,9 +248,9 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 IBUS_TELEMETRY_FUNCTION size_t ibus_telemetry_encode(const ibus_telemetry_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 3U;
     uint8_t length;
     uint8_t number = 0U;
@@ -328,6 +329,13 @@ static inline void ibus_telemetry_count_frame(ibus_telemetry_receiver *receiver,
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool ibus_telemetry_read(const uint8_t *frame, uint8_t length, ibus_telemetry_message *message)
+{
+    ibus_telemetry_decode(frame, length, message);
+    return true;
 }
 
 IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver)
@@ -431,8 +439,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiv
     if (length == 0U) {
         return false;
     }
-    ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ibus_telemetry_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiver, ibus_telemetry_message *message)
@@ -443,8 +450,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_telemetry_next(receiver, false, &again);
-        if (length > 0U) {
-            ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ibus_telemetry_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -488,8 +494,8 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
             has_waited = true;
             length = ibus_telemetry_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ibus_telemetry_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ibus_telemetry_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

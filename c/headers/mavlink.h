@@ -142,8 +142,8 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
@@ -630,10 +630,9 @@ static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length
     }
 }
 
-/* Writes a frame of mavlink2. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of mavlink2. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 12U;
     uint16_t length;
     uint16_t number = 0U;
@@ -716,10 +715,9 @@ static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of mavlink1. Returns its length, or 0 if `room` is too small or no frame has these values. */
+/* Writes a frame of mavlink1. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
@@ -824,6 +822,13 @@ static inline void mavlink_count_frame(mavlink_receiver *receiver, uint16_t leng
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool mavlink_read(const uint8_t *frame, uint16_t length, mavlink_message *message)
+{
+    mavlink_decode(frame, length, message);
+    return true;
+}
+
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver)
 {
     return (uint32_t)receiver->to - receiver->from;
@@ -925,8 +930,7 @@ MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mav
     if (length == 0U) {
         return false;
     }
-    mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message)
@@ -937,8 +941,7 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -982,8 +985,8 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
             has_waited = true;
             length = mavlink_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

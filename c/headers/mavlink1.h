@@ -106,8 +106,8 @@ MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, mavlink1_message *message);
 
@@ -351,6 +351,7 @@ static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, ui
     return MAVLINK1_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, mavlink1_message *message)
 {
     message->sequence = frame[2U];
@@ -361,9 +362,9 @@ MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, ma
     message->payload_length = (uint16_t)(length - 8U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MAVLINK1_FUNCTION size_t mavlink1_encode(const mavlink1_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
@@ -439,6 +440,13 @@ static inline void mavlink1_count_frame(mavlink1_receiver *receiver, uint16_t le
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool mavlink1_read(const uint8_t *frame, uint16_t length, mavlink1_message *message)
+{
+    mavlink1_decode(frame, length, message);
+    return true;
 }
 
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver)
@@ -542,8 +550,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
     if (length == 0U) {
         return false;
     }
-    mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink1_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_message *message)
@@ -554,8 +561,7 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink1_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink1_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink1_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -599,8 +605,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
             has_waited = true;
             length = mavlink1_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink1_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink1_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

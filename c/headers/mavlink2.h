@@ -112,8 +112,8 @@ MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, mavlink2_message *message);
 
@@ -396,6 +396,7 @@ static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, ui
     return MAVLINK2_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink2_message *message)
 {
     const bool has_trailer = (frame[2] & 0x01U) != 0U;
@@ -416,9 +417,9 @@ MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, ma
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MAVLINK2_FUNCTION size_t mavlink2_encode(const mavlink2_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 12U;
     uint16_t length;
     uint16_t number = 0U;
@@ -509,6 +510,13 @@ static inline void mavlink2_count_frame(mavlink2_receiver *receiver, uint16_t le
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool mavlink2_read(const uint8_t *frame, uint16_t length, mavlink2_message *message)
+{
+    mavlink2_decode(frame, length, message);
+    return true;
 }
 
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver)
@@ -612,8 +620,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
     if (length == 0U) {
         return false;
     }
-    mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return mavlink2_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_message *message)
@@ -624,8 +631,7 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink2_next(receiver, false, &again);
-        if (length > 0U) {
-            mavlink2_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && mavlink2_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -669,8 +675,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
             has_waited = true;
             length = mavlink2_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            mavlink2_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && mavlink2_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

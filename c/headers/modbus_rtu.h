@@ -103,8 +103,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_init(modbus_rtu_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t byte, modbus_rtu_message *message);
 
@@ -243,6 +243,7 @@ static inline modbus_rtu_outcome modbus_rtu_classify_before(const uint8_t *bytes
     return MODBUS_RTU_FRAME;
 }
 
+/* Reads the fields of a frame. */
 MODBUS_RTU_FUNCTION void modbus_rtu_decode(const uint8_t *frame, uint16_t length, modbus_rtu_message *message)
 {
     message->address = frame[0U];
@@ -251,9 +252,9 @@ MODBUS_RTU_FUNCTION void modbus_rtu_decode(const uint8_t *frame, uint16_t length
     message->data_length = (uint16_t)(length - 4U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 MODBUS_RTU_FUNCTION size_t modbus_rtu_encode(const modbus_rtu_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 4U;
     uint16_t length;
     uint16_t number = 0U;
@@ -315,6 +316,13 @@ static inline void modbus_rtu_count_frame(modbus_rtu_receiver *receiver, uint16_
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool modbus_rtu_read(const uint8_t *frame, uint16_t length, modbus_rtu_message *message)
+{
+    modbus_rtu_decode(frame, length, message);
+    return true;
 }
 
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver)
@@ -418,8 +426,7 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t 
     if (length == 0U) {
         return false;
     }
-    modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return modbus_rtu_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_rtu_message *message)
@@ -430,8 +437,7 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_r
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = modbus_rtu_next(receiver, false, &again);
-        if (length > 0U) {
-            modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && modbus_rtu_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -475,8 +481,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_line_event(modbus_rtu_receiver *receiver, mo
             has_waited = true;
             length = modbus_rtu_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            modbus_rtu_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && modbus_rtu_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -101,8 +101,8 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
@@ -341,6 +341,7 @@ static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t c
     return NMEA_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message)
 {
     length = nmea_counted(frame, length);
@@ -349,9 +350,9 @@ NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_messa
     message->sentence_length = (uint16_t)(length - 6U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 7U;
     uint16_t length;
     uint16_t number = 0U;
@@ -413,6 +414,13 @@ static inline void nmea_count_frame(nmea_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool nmea_read(const uint8_t *frame, uint16_t length, nmea_message *message)
+{
+    nmea_decode(frame, length, message);
+    return true;
 }
 
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver)
@@ -516,8 +524,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
     if (length == 0U) {
         return false;
     }
-    nmea_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return nmea_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
@@ -528,8 +535,7 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = nmea_next(receiver, false, &again);
-        if (length > 0U) {
-            nmea_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && nmea_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -573,8 +579,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
             has_waited = true;
             length = nmea_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            nmea_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && nmea_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

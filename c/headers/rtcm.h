@@ -98,8 +98,8 @@ RTCM_FUNCTION void rtcm_init(rtcm_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message *message);
 
@@ -258,15 +258,16 @@ static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t c
     return RTCM_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 RTCM_FUNCTION void rtcm_decode(const uint8_t *frame, uint16_t length, rtcm_message *message)
 {
     message->payload = &frame[3U];
     message->payload_length = (uint16_t)(length - 6U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 RTCM_FUNCTION size_t rtcm_encode(const rtcm_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 6U;
     uint16_t length;
     uint16_t number = 0U;
@@ -324,6 +325,13 @@ static inline void rtcm_count_frame(rtcm_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool rtcm_read(const uint8_t *frame, uint16_t length, rtcm_message *message)
+{
+    rtcm_decode(frame, length, message);
+    return true;
 }
 
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver)
@@ -427,8 +435,7 @@ RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message
     if (length == 0U) {
         return false;
     }
-    rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return rtcm_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
@@ -439,8 +446,7 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = rtcm_next(receiver, false, &again);
-        if (length > 0U) {
-            rtcm_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && rtcm_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -484,8 +490,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
             has_waited = true;
             length = rtcm_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            rtcm_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && rtcm_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

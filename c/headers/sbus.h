@@ -106,8 +106,8 @@ SBUS_FUNCTION void sbus_init(sbus_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message *message);
 
@@ -231,6 +231,7 @@ static inline sbus_outcome sbus_classify_before(const uint8_t *bytes, uint8_t co
     return SBUS_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_message *message)
 {
     uint8_t i;
@@ -246,10 +247,11 @@ SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_messag
     message->end = frame[24U];
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SBUS_FUNCTION size_t sbus_encode(const sbus_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 25U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     sbus_message again;
@@ -318,6 +320,13 @@ static inline void sbus_count_frame(sbus_receiver *receiver, uint8_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool sbus_read(const uint8_t *frame, uint8_t length, sbus_message *message)
+{
+    sbus_decode(frame, length, message);
+    return true;
 }
 
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver)
@@ -421,8 +430,7 @@ SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message
     if (length == 0U) {
         return false;
     }
-    sbus_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return sbus_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
@@ -433,8 +441,7 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = sbus_next(receiver, false, &again);
-        if (length > 0U) {
-            sbus_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && sbus_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -478,8 +485,8 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
             has_waited = true;
             length = sbus_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            sbus_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && sbus_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

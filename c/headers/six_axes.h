@@ -184,6 +184,7 @@ static inline six_axes_outcome six_axes_classify(const uint8_t *bytes, uint8_t c
     return SIX_AXES_FRAME;
 }
 
+/* Reads the fields of a frame. */
 SIX_AXES_FUNCTION void six_axes_decode(const uint8_t *frame, uint8_t length, six_axes_message *message)
 {
     uint8_t i;
@@ -194,10 +195,11 @@ SIX_AXES_FUNCTION void six_axes_decode(const uint8_t *frame, uint8_t length, six
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SIX_AXES_FUNCTION size_t six_axes_encode(const six_axes_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 16U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     six_axes_message again;
@@ -247,6 +249,13 @@ static inline void six_axes_count_frame(six_axes_receiver *receiver, uint8_t len
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool six_axes_read(const uint8_t *frame, uint8_t length, six_axes_message *message)
+{
+    six_axes_decode(frame, length, message);
+    return true;
+}
+
 SIX_AXES_FUNCTION uint32_t six_axes_pending(const six_axes_receiver *receiver)
 {
     return receiver->count;
@@ -273,10 +282,9 @@ SIX_AXES_FUNCTION bool six_axes_push(six_axes_receiver *receiver, uint8_t byte, 
     }
     if (outcome == SIX_AXES_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        six_axes_decode(receiver->held, SIX_AXES_LONGEST, message);
         six_axes_count_frame(receiver, SIX_AXES_LONGEST);
         receiver->count = 0U;
-        return true;
+        return six_axes_read(receiver->held, SIX_AXES_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

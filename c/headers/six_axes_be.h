@@ -184,6 +184,7 @@ static inline six_axes_be_outcome six_axes_be_classify(const uint8_t *bytes, uin
     return SIX_AXES_BE_FRAME;
 }
 
+/* Reads the fields of a frame. */
 SIX_AXES_BE_FUNCTION void six_axes_be_decode(const uint8_t *frame, uint8_t length, six_axes_be_message *message)
 {
     uint8_t i;
@@ -194,10 +195,11 @@ SIX_AXES_BE_FUNCTION void six_axes_be_decode(const uint8_t *frame, uint8_t lengt
     }
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SIX_AXES_BE_FUNCTION size_t six_axes_be_encode(const six_axes_be_message *message, uint8_t *frame, size_t room)
 {
-    uint8_t i;
     const size_t size = 16U;
+    uint8_t i;
     uint8_t length;
     uint8_t number = 0U;
     six_axes_be_message again;
@@ -247,6 +249,13 @@ static inline void six_axes_be_count_frame(six_axes_be_receiver *receiver, uint8
     }
 }
 
+/* Reads the values of a received frame. */
+static inline bool six_axes_be_read(const uint8_t *frame, uint8_t length, six_axes_be_message *message)
+{
+    six_axes_be_decode(frame, length, message);
+    return true;
+}
+
 SIX_AXES_BE_FUNCTION uint32_t six_axes_be_pending(const six_axes_be_receiver *receiver)
 {
     return receiver->count;
@@ -273,10 +282,9 @@ SIX_AXES_BE_FUNCTION bool six_axes_be_push(six_axes_be_receiver *receiver, uint8
     }
     if (outcome == SIX_AXES_BE_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        six_axes_be_decode(receiver->held, SIX_AXES_BE_LONGEST, message);
         six_axes_be_count_frame(receiver, SIX_AXES_BE_LONGEST);
         receiver->count = 0U;
-        return true;
+        return six_axes_be_read(receiver->held, SIX_AXES_BE_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

@@ -234,15 +234,16 @@ static inline slip_outcome slip_classify_before(const uint8_t *bytes, uint16_t l
     return SLIP_FRAME;
 }
 
+/* Reads the fields of a frame. */
 SLIP_FUNCTION void slip_decode(const uint8_t *frame, uint16_t length, slip_message *message)
 {
     message->packet = &frame[0U];
     message->packet_length = (uint16_t)(length - 0U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 SLIP_FUNCTION size_t slip_encode(const slip_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 1U;
     uint16_t length;
     uint16_t number = 0U;
@@ -296,6 +297,13 @@ static inline void slip_count_frame(slip_receiver *receiver, uint32_t length)
     }
 }
 
+/* Reads the values of a received packet. */
+static inline bool slip_read(const uint8_t *frame, uint16_t length, slip_message *message)
+{
+    slip_decode(frame, length, message);
+    return true;
+}
+
 SLIP_FUNCTION uint32_t slip_pending(const slip_receiver *receiver)
 {
     return receiver->pending;
@@ -339,10 +347,9 @@ static inline bool slip_decide(slip_receiver *receiver, slip_outcome outcome, ui
         return false;
     }
     slip_count_frame(receiver, receiver->pending);
-    slip_decode(receiver->buffer, length, message);
     receiver->pending = 0U;
     receiver->stage = SLIP_OUTSIDE;
-    return true;
+    return slip_read(receiver->buffer, length, message);
 }
 
 /* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */

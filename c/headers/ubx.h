@@ -103,8 +103,8 @@ UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
-/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Makes at most one
- * classification per call. So after a false start, a complete frame may stay pending until later calls have decided
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
+ * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
  * about the bytes before it. */
 UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *message);
 
@@ -240,6 +240,7 @@ static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t cou
     return UBX_LINE_EVENT;
 }
 
+/* Reads the fields of a frame. */
 UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message *message)
 {
     message->class_ = frame[2U];
@@ -248,9 +249,9 @@ UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message 
     message->payload_length = (uint16_t)(length - 8U);
 }
 
+/* Writes a frame. Returns the number of bytes, or 0 if `room` is too small or no frame has these values. */
 UBX_FUNCTION size_t ubx_encode(const ubx_message *message, uint8_t *frame, size_t room)
 {
-
     size_t size = 8U;
     uint16_t length;
     uint16_t number = 0U;
@@ -315,6 +316,13 @@ static inline void ubx_count_frame(ubx_receiver *receiver, uint16_t length)
         receiver->is_lost = false;
         receiver->counters.resynchronisations++;
     }
+}
+
+/* Reads the values of a received frame. */
+static inline bool ubx_read(const uint8_t *frame, uint16_t length, ubx_message *message)
+{
+    ubx_decode(frame, length, message);
+    return true;
 }
 
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver)
@@ -418,8 +426,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
     if (length == 0U) {
         return false;
     }
-    ubx_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return ubx_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
@@ -430,8 +437,7 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ubx_next(receiver, false, &again);
-        if (length > 0U) {
-            ubx_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && ubx_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -475,8 +481,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
             has_waited = true;
             length = ubx_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            ubx_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && ubx_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

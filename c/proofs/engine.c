@@ -115,10 +115,11 @@ static any_outcome any_classify_before(const uint8_t *bytes, any_index count, an
     return ask(bytes, count, (uint8_t)(BEFORE + event), number);
 }
 
-static void any_decode(const uint8_t *frame, any_index length, any_message *message)
+static bool any_read(const uint8_t *frame, any_index length, any_message *message)
 {
     message->frame = frame;
     message->length = length;
+    return true;
 }
 
 static void any_clear(void *object, size_t size)

@@ -327,6 +327,52 @@ fn the_motion_platforms_pulses_are_right_for_each_position() {
     }
 }
 
+/// Returns the motion platform's sketch with the changes for text that the page states.
+fn sketch_for_text() -> String {
+    let page = include_str!("../../docs/arduino.md").replace("\n   ", "\n");
+    let (_, functions) = page.split_once("```cpp\n").unwrap();
+    let (functions, _) = functions.split_once("```").unwrap();
+    let sketch = sketch("MotionPlatform");
+    let (before, part) = sketch.split_once("    // Report a pause").unwrap();
+    let (_, after) = part
+        .split_once("\n    }\n    if (millis() - servo_time")
+        .unwrap();
+    let names = ["bin.h", "bin_receiver", "bin_init"];
+    let before = names.iter().fold(before.to_owned(), |text, name| {
+        text.replace(name, &name.replace("bin", "axes_text"))
+    });
+    before.replace("void setup()", &format!("{functions}\nvoid setup()"))
+        + "    receive();\n    if (millis() - servo_time"
+        + after
+}
+
+#[test]
+fn the_motion_platform_follows_text() {
+    let (mut line, mut at) = (SerialLine::new(), vec![]);
+    for (text, expected) in [
+        ("A127B000C255X", [127, 0, 255]),
+        // Values beyond the range, decimals, and blanks.
+        ("A-5B300.4C 63.5X\r\n", [0, 255, 64]),
+    ] {
+        for _ in 0..120 {
+            line.send(text.as_bytes());
+            line.pause(10_000);
+        }
+        at.push((line.now, expected));
+    }
+    // Texts of another kind, and texts that are no numbers, are no setpoints.
+    for _ in 0..200 {
+        line.send(b"<200,200,200>A1x7B0C0XA1.2.3B0C0XAB0C0X");
+        line.pause(10_000);
+    }
+    at.push((line.now, PARK));
+    let servos = Servos::run(line, &sketch_for_text(), &[]);
+    servos.assert_steps(0, MOST);
+    for (time, expected) in at {
+        servos.assert_at(time, expected);
+    }
+}
+
 /// Resets happen at rest and in motion, and some of them cut a pulse off.
 #[test]
 fn a_reset_does_not_move_the_motion_platform() {

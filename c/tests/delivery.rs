@@ -1,4 +1,4 @@
-//! Tests that the programs in `docs/c.md` compile without a warning, and that a project can use the `CMake` target.
+//! Tests that the programs in `docs/c.md` and in the README compile without a warning, and that a project can use the `CMake` target.
 
 use std::fs;
 use std::process::Command;
@@ -8,6 +8,7 @@ use tempfile::TempDir;
 use crate::compilers::{AVR, CLANGXX, GCC, M4, beside, include_headers, succeeds};
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
+const README: &str = include_str!("../../README.md");
 
 /// Returns the code blocks of the page that are in this language.
 pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
@@ -23,8 +24,8 @@ fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
     let include = include_headers();
     let stand_ins = format!("-I{}", beside("stm32").display());
-    let programs = blocks(PAGE, "c");
-    assert_eq!(programs.len(), 4);
+    let programs = [blocks(PAGE, "c"), blocks(README, "c")].concat();
+    assert_eq!(programs.len(), 5);
     for program in programs {
         fs::write(here.path().join("page.c"), program).unwrap();
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {

@@ -10,16 +10,17 @@ use std::slice;
 
 use framelock::{BufferedReceiver, Format, Found, Frame, LineEvent, PacketReceiver, Parser};
 use framelock_description::hex::glued;
-use framelock_description::{Description, Field, Layouts, SHIPPED, Value};
+use framelock_description::{Description, Field, Kind, Layouts, Notation, Pattern, SHIPPED, Value};
 use framelock_description_oracles as drawn;
-use framelock_generate::{CrcTable, c, rust};
+use framelock_generate::{CrcTable, c, is_repeated, rust};
 use framelock_oracles::faulty;
 use minijinja::{Environment, context};
+use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::compilers::{CLANGXX, GCC, assert_same, succeeds};
-use crate::difference::{FORMS, LONGEST_FIRST, SHARED_HEADER};
+use crate::descriptions::{forms, others};
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
@@ -30,61 +31,6 @@ struct Case {
     expected: String,
 }
 
-/// Several kinds of frames, from the guide in `docs/own-frame.md`.
-const MOTOR: &str = "
-    sync = 'AA 55'
-    length_field = { at = 2, type = 'u8', plus = 5 }
-    longest = 21
-    checksum = { name = 'CRC-16/MODBUS', type = 'u16le', at = -2, from = 2 }
-    [[kinds]]
-    name = 'measurement'
-    shortest = 11
-    fields = [
-        { name = 'number', at = 3, type = 'u8', value = 1 },
-        { name = 'position', at = 4, type = 'i16le', scale = 0.01, unit = 'deg' },
-        { name = 'current', at = 6, type = 'u16le', unit = 'mA' },
-        { name = 'temperature', at = 8, type = 'i8', unit = 'C' },
-    ]
-    [[kinds]]
-    name = 'state'
-    shortest = 7
-    fields = [
-        { name = 'number', at = 3, type = 'u8', value = 2 },
-        { name = 'state', at = 4, type = 'u8' },
-    ]
-";
-
-/// Senders leave out zero bytes at the end of the payload, as `MAVLink` 2 senders do.
-pub(crate) const TRUNCATED: &str = "
-    sync = 'FD'
-    length_field = { at = 1, type = 'u8', plus = 6 }
-    longest = 60
-    truncated_zeros = true
-    trailer = { name = 'signature', at = 2, mask = 1, bytes = 4 }
-    checksum = { name = 'CRC-16/MCRF4XX', type = 'u16le', at = -2, from = 1 }
-    fields = [
-        { name = 'flags', at = 2, type = 'u8', mask = 0xFE, value = 0 },
-        { name = 'sequence', at = 3, type = 'u8' },
-        { name = 'ms', at = 4, type = 'u32le' },
-        { name = 'large', at = 8, type = 'u64be' },
-        { name = 'signed', at = 16, type = 'i16be', count = 3 },
-        { name = 'single', at = 22, type = 'f32le' },
-        { name = 'bits', at = 26, bits = 11, count = 4 },
-        { name = 'last', at = 32, type = 'i32le', scale = 0.01 },
-        { name = 'big', at = 36, type = 'u16be' },
-    ]
-";
-
-/// Frames that begin with an array, because they have no sync.
-const ARRAY_FIRST: &str = "
-    length = 9
-    checksum = { name = 'CRC-8', type = 'u8', at = -1 }
-    fields = [
-        { name = 'numbers', at = 0, type = 'i16le', count = 3 },
-        { name = 'small', at = 6, type = 'i8', count = 2 },
-    ]
-";
-
 impl Case {
     fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
         let description = Description::parse(name, text).unwrap();
@@ -92,6 +38,8 @@ impl Case {
         let mut stream = vec![Vec::new()];
         for _ in 0..30 {
             let mut frames = drawn::frames(&description, random);
+            let kind = description.kinds.choose(random).unwrap();
+            frames.extend(drawn::text_frame(kind, random));
             for frame in &mut frames {
                 *frame = drawn::with_any_end(&description, frame, random);
             }
@@ -127,14 +75,7 @@ pub(crate) fn sometimes_faulty(frame: &Vec<u8>, random: &mut ChaCha8Rng) -> Vec<
 /// Returns cases with the shipped descriptions, others, and random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
-    let others = [
-        ("motor", MOTOR),
-        ("truncated", TRUNCATED),
-        ("shared", SHARED_HEADER),
-        ("late", LONGEST_FIRST),
-        ("array_first", ARRAY_FIRST),
-    ];
-    let shipped = SHIPPED.iter().chain(&others).chain(FORMS);
+    let shipped = SHIPPED.iter().copied().chain(others()).chain(forms());
     let mut cases: Vec<Case> = shipped
         .map(|(name, text)| Case::new(name, text, &mut random))
         .collect();
@@ -176,18 +117,15 @@ where
     let mut note = |found: Found<Frame<'_, Layouts>>| match found {
         Found::Frame { message, .. } => {
             let (kind, frame) = message.message();
+            let Some(shown) = raw_values(&description.kinds[kind], frame) else {
+                return;
+            };
             frames += 1;
-            writeln!(text, "frame {kind}").unwrap();
-            let mut has_empty = false;
-            for (field, content) in description.kinds[kind].values(frame) {
-                has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
-                let values: String = content.values().map(|value| said(field, value)).collect();
-                writeln!(text, "{}{values}", field.name).unwrap();
-            }
+            write!(text, "frame {kind}\n{}", shown.text).unwrap();
             match description.encode(&drawn::values(description, frame)) {
-                // `Description::encode` treats an empty text as a missing field. Generated code treats it as a field, so it
-                // may encode a longer frame.
-                Ok(_) if has_empty => text.push_str("= any\n"),
+                // `Description::encode` leaves out an empty text and a value that means "missing", and does not round. Generated code treats an
+                // empty text as a field, so it may encode a longer frame.
+                Ok(_) if shown.has_empty || shown.is_rounded => text.push_str("= any\n"),
                 Ok(made) => match description.sent(&made) {
                     Some(sent) => writeln!(text, "= {}", glued(&sent)).unwrap(),
                     None => text.push_str("= none\n"),
@@ -217,19 +155,133 @@ where
     text
 }
 
-/// Returns a value as the generated code represents it: the unscaled value in the frame.
-fn said(field: &Field, value: Value) -> String {
-    match (value, &field.scale) {
-        (Value::Unsigned(number), _) => format!(" {number}"),
-        (Value::Signed(number), _) => format!(" {number}"),
-        (Value::Float(number), _) => format!(" {}", number.to_bits()),
-        (Value::Decimal(number, _), Some(scale)) => format!(" {}", number / scale.factor),
-        (Value::Bytes(bytes) | Value::Text(bytes), _) => {
-            let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
-            bytes.concat()
-        }
-        (Value::Decimal(..), None) => panic!("no scale"),
+/// The values of a frame as generated code represents them: unscaled, and without names.
+#[derive(Default)]
+struct RawValues {
+    text: String,
+    has_empty: bool,
+    is_rounded: bool,
+}
+
+/// Returns the values of a frame. Returns `None` if a value is no number, or if a text differs from its pattern.
+fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
+    let (mut raw, mut parts) = (kind.clone(), kind.clone());
+    for field in &mut raw.fields {
+        field.scale = None;
+        field.names.clear();
     }
+    for field in &mut parts.fields {
+        if field.text.is_some() {
+            field.notation = Notation::Text;
+        }
+    }
+    let part = |name: &str| {
+        let mut values = parts.values(frame);
+        let (_, content) = values.find(|(field, _)| field.name == name)?;
+        match content.value() {
+            Value::Text(part) => Some(part.to_vec()),
+            _ => None,
+        }
+    };
+    if !kind
+        .texts
+        .iter()
+        .all(|text| has_pattern(kind, text, frame, part))
+    {
+        return None;
+    }
+    let mut shown = RawValues::default();
+    for field in raw.varying_fields().filter(|it| !is_repeated(kind, it)) {
+        let numbers = match raw.contents(frame).of(field) {
+            // Degrees, times and texts stay texts.
+            Some(_) if field.text.is_some() && !is_number_in_text(field) => {
+                bytes(&part(&field.name)?)
+            }
+            Some(content) => {
+                let value = content.value();
+                shown.has_empty |=
+                    matches!(value, Value::Bytes([]) | Value::Text([]) | Value::Missing);
+                let numbers = content
+                    .values()
+                    .map(|value| said(field, value, &mut shown.is_rounded));
+                numbers.collect::<Option<String>>()?
+            }
+            None if field.text.is_some() => return None,
+            None => continue,
+        };
+        writeln!(shown.text, "{}{numbers}", field.name).unwrap();
+    }
+    Some(shown)
+}
+
+/// Returns whether the whole text of a frame has a pattern. `part` returns the text of a value.
+fn has_pattern(
+    kind: &Kind,
+    text: &Pattern,
+    frame: &[u8],
+    part: impl Fn(&str) -> Option<Vec<u8>>,
+) -> bool {
+    let end = kind.layout().counted_length(frame) - kind.from_end;
+    // The pattern has one blank for each run of blanks in the text.
+    let squeezed = |text: &[u8]| {
+        let mut text = text.to_vec();
+        text.dedup_by(|one, other| (*one, *other) == (b' ', b' '));
+        text
+    };
+    let mut expected = vec![text.first.clone()];
+    for value in &text.values {
+        match &value.name {
+            Some(name) => match part(name) {
+                Some(part) => expected.last_mut().unwrap().extend(part),
+                None => return false,
+            },
+            None => expected.push(Vec::new()),
+        }
+        expected.last_mut().unwrap().extend(&value.after);
+    }
+    let text = squeezed(&frame[kind.text_at..end]);
+    let mut rest = &*text;
+    for (number, piece) in expected.iter().map(|piece| squeezed(piece)).enumerate() {
+        let mut starts = 0..if number == 0 { 1 } else { rest.len() + 1 };
+        match starts.find_map(|at| rest[at..].strip_prefix(&*piece)) {
+            Some(others) => rest = others,
+            None => return false,
+        }
+    }
+    rest.is_empty() || expected.len() > 1 && expected.last().is_some_and(Vec::is_empty)
+}
+
+fn is_number_in_text(field: &Field) -> bool {
+    field.text.is_some() && matches!(field.notation, Notation::Decimal | Notation::Hex)
+}
+
+fn bytes(bytes: &[u8]) -> String {
+    let numbers: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
+    numbers.concat()
+}
+
+/// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if it is no number.
+fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
+    Some(match value {
+        Value::Unsigned(number) if field.text.is_some() => {
+            format!(" {}", u32::try_from(number).ok()?)
+        }
+        Value::Unsigned(number) => format!(" {number}"),
+        Value::Signed(number) => format!(" {number}"),
+        Value::Float(number) => format!(" {}", number.to_bits()),
+        Value::Double(number) => format!(" {}", number.to_bits()),
+        Value::Decimal(number, decimals) => {
+            let wanted = field.decimals.unwrap_or_default();
+            let number = number * 10_i128.pow(wanted);
+            let unit = 10_i128.pow(decimals);
+            *is_rounded |= field.decimals.is_none() || number % unit != 0;
+            let rounded = (2 * number.abs() + unit) / (2 * unit) * number.signum();
+            format!(" {}", i32::try_from(rounded).ok()?)
+        }
+        Value::Bytes(all) | Value::Text(all) => bytes(all),
+        // A number that means "missing" is readable. No field here may be both missing and unreadable.
+        Value::Missing => said(field, field.missing?, is_rounded)?,
+    })
 }
 
 /// Returns the values for the template of a program that runs the generated code.
@@ -252,23 +304,26 @@ fn values(case: &Case, code: &str) -> minijinja::Value {
             type => lines.find_map(|line| line.trim().strip_suffix(&declaration)),
             may_be_missing => code.contains(&format!("bool has_{name};")),
             in_bits => rust_bits(code, &name),
-            is_rest => field.length().is_none(),
-            is_array => field.is_array() || field.is_text(),
+            is_rest => code.contains(&format!(" {name}_length;")),
+            has_fewer => code.contains(&format!(" {name}_count: usize,")) || code.contains(&format!(" {name}_count; /*")),
+            is_array => field.is_array() || field.is_bytes() && !is_number_in_text(field),
             count => field.count.unwrap_or(1),
             name,
         }
     };
     let kinds = case.description.kinds.iter().map(|kind| {
-        let fields: Vec<_> = kind.varying_fields().map(field).collect();
+        let fields = kind.varying_fields().filter(|it| !is_repeated(kind, it));
+        let fields: Vec<_> = fields.map(field).collect();
         context! { name => kind.name, fields }
     });
-    let decode = format!("void {name}_decode(const uint8_t *frame, ");
+    let decode = format!(" {name}_decode(const uint8_t *frame, ");
     let index = code
         .split_once(&decode)
         .and_then(|(_, rest)| rest.split_once(' '));
     context! {
         name,
         is_window => code.contains("_LONGEST]; /* the pending bytes */"),
+        may_fail => code.contains("type Message<'a> = Option<Message"),
         are_packets => case.description.format().packets().is_some(),
         ends_with_break => case.description.ending_event() == Some(LineEvent::Break),
         index => index.map(|(index, _)| index),
@@ -281,8 +336,9 @@ fn rust_bits(code: &str, name: &str) -> &'static str {
     let declaration = format!("pub {name}: ");
     let kind = code.split_once(&declaration).map_or("", |(_, rest)| rest);
     match kind.split_once(",\n").map_or("", |(kind, _)| kind) {
-        "f32" => ".to_bits()",
+        "f32" | "f64" => ".to_bits()",
         "Option<f32>" => ".map(f32::to_bits)",
+        "Option<f64>" => ".map(f64::to_bits)",
         kind if kind.starts_with("[f32") => ".map(f32::to_bits)",
         kind if kind.starts_with("Option<[f32") => ".map(|all| all.map(f32::to_bits))",
         _ => "",
@@ -345,7 +401,8 @@ fn in_rust(cases: &[Case]) {
     fs::create_dir_all(folder.join("src")).unwrap();
     let manifest = format!(
         "[package]\nname = 'generated'\nedition = '2024'\n\n[workspace]\n\n[dependencies]\n\
-         framelock = {{ path = '{root}/core' }}\nframelock-formats = {{ path = '{root}/formats' }}\n",
+         framelock = {{ path = '{root}/core' }}\nframelock-formats = {{ path = '{root}/formats' }}\n\n\
+         [profile.dev]\ndebug = false\nincremental = false\n",
         root = root.display()
     );
     write("Cargo.toml", &manifest);

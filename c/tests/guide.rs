@@ -126,29 +126,6 @@ fn interrupt_handler_with_failsafe() {
     check(0, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
 }
 
-/// A frame that contains the end of a frame and the beginning of another one.
-#[test]
-fn the_interrupt_handler_is_right_after_one_pause() {
-    let stream = b"AB\0\rAB\r".repeat(1000);
-    let without_pauses = |bytes: &[u8]| -> Vec<u8> {
-        let milliseconds = bytes.chunks(11).map(|bytes| {
-            let bytes: Vec<u8> = bytes.iter().flat_map(|byte| [BYTE, *byte]).collect();
-            [&bytes[..], &[EVENT, 1]].concat()
-        });
-        milliseconds.collect::<Vec<_>>().concat()
-    };
-    let before = without_pauses(&stream[1..]);
-    let (text, line) = interrupt_and_control(&before);
-    // Nobody can know better until the first pause.
-    assert_eq!(line.counters().frames, 999);
-    assert_eq!(text.lines().last(), Some("414200"));
-    let steps = [before, vec![EVENT, 9], without_pauses(&stream)].concat();
-    let (text, line) = interrupt_and_control(&steps);
-    assert_eq!(line.counters().frames, 1999);
-    assert_eq!(text.lines().last(), Some("0D4142"));
-    check(0, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
-}
-
 /// The programs that have a buffered receiver.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Buffer {

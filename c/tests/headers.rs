@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::compilers::ALL;
 
 /// The descriptions for which users generate a header, because no header is shipped.
-const WITHOUT_HEADER: &[&str] = &["hdlc", "kiss", "dmx512", "dsmr-p1", "vedirect"];
+const WITHOUT_HEADER: &[&str] = &["hdlc", "kiss", "dmx512", "dsmr-p1", "vedirect", "sbus-any"];
 
 /// Returns the descriptions whose headers are shipped.
 fn shipped() -> impl Iterator<Item = &'static (&'static str, &'static str)> {

@@ -12,20 +12,8 @@ use nrf52840_emulator::{Board, CYCLES_PER_SECOND, Image};
 use tempfile::TempDir;
 
 use crate::compilers::{AVR, AVR_2560, Compiler, M0, M4, beside, succeeds};
+use crate::descriptions::other;
 use crate::difference::Case;
-
-/// UBX with frames of up to 106 bytes, for microcontrollers.
-pub(crate) const SHORT_UBX: &str = "
-    sync = 'B5 62'
-    length_field = { at = 4, type = 'u16le', plus = 8 }
-    longest = 106
-    checksum = { name = 'fletcher-8', type = 'u16le', at = -2, from = 2 }
-    fields = [
-        { name = 'class', at = 2, type = 'u8' },
-        { name = 'id', at = 3, type = 'u8' },
-        { name = 'payload', at = 6, type = 'bytes' },
-    ]
-";
 
 /// Builds `program` with a receiver for the emulated nRF52840.
 fn build_for_m4(case: &Case, program: &str, folder: &Path) -> Vec<u8> {
@@ -118,7 +106,7 @@ fn check_on_m4(bytes: usize) {
     let shipped = SHIPPED
         .iter()
         .filter(|(name, _)| !["ubx", "gnss", "dsmr-p1"].contains(name));
-    for (name, text) in shipped.chain([&("ubx", SHORT_UBX)]) {
+    for (name, text) in shipped.copied().chain([other("short_ubx")]) {
         let case = Case::new(name, text, CrcTable::Nibbles, bytes);
         let folder = TempDir::new().unwrap();
         let elf = build_for_m4(&case, "difference.c", folder.path());
@@ -130,9 +118,9 @@ fn check_on_m4(bytes: usize) {
 
 /// Compares the counters first, because they say how the receivers differ, and then the digest of all frames.
 fn check_on_avr(bytes: usize) {
-    for (name, text) in SHIPPED.iter().chain([&("short_ubx", SHORT_UBX)]) {
+    for (name, text) in SHIPPED.iter().copied().chain([other("short_ubx")]) {
         // The `ATmega328P` has 2 KiB of RAM, and the `ATmega2560` has 8 KiB. Some receivers need a smaller buffer.
-        let (compiler, options) = match *name {
+        let (compiler, options) = match name {
             "ubx" => (&AVR_2560, &["-DUBX_ROOM=UBX_LONGEST"][..]),
             "gnss" => (&AVR_2560, &["-DGNSS_ROOM=GNSS_LONGEST"][..]),
             "dsmr-p1" => (&AVR_2560, &["-DDSMR_P1_ROOM=DSMR_P1_LONGEST"][..]),
@@ -242,7 +230,12 @@ fn figures_are_as_the_page_says() {
     for (name, kind, text, worst) in [
         ("BIN", "bin", shipped("bin").unwrap(), &b"AB"[..]),
         ("CRSF", "crsf", shipped("crsf").unwrap(), &[0xC8, 0x3C]),
-        ("UBX of up to 106 bytes", "ubx", SHORT_UBX, &[0xB5, 0x62, 0]),
+        (
+            "UBX of up to 106 bytes",
+            "ubx",
+            other("short_ubx").1,
+            &[0xB5, 0x62, 0],
+        ),
         ("NMEA", "nmea", shipped("nmea").unwrap(), &long_sentence),
         ("SLIP", "slip", shipped("slip").unwrap(), &[0xC0, b'A']),
         ("COBS", "cobs", shipped("cobs").unwrap(), &[0, 2, b'A']),

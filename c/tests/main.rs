@@ -10,6 +10,7 @@
 mod arduino;
 mod compilers;
 mod delivery;
+mod descriptions;
 mod difference;
 mod dma;
 mod failsafe;

@@ -5,8 +5,8 @@ use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;
 
 use crate::compilers::{CLANGXX, Compiler, GCC};
+use crate::descriptions::other;
 use crate::difference::{Case, random_cases};
-use crate::generated::TRUNCATED;
 
 /// The number of bytes that a receiver takes.
 const BYTES: usize = 8_000;
@@ -43,7 +43,7 @@ fn a_refused_call_of_a_receiver_changes_nothing() {
         ended += check(&case, &GCC, has_frames);
     }
     assert!(ended > 0, "line events deliver frames");
-    let truncated = Case::new("truncated", TRUNCATED, CrcTable::Nibbles, BYTES);
+    let truncated = Case::new("truncated", other("truncated").1, CrcTable::Nibbles, BYTES);
     check(&truncated, &GCC, true);
     for (number, case) in random_cases(6, BYTES).enumerate() {
         check(&case, if number % 2 == 0 { &GCC } else { &CLANGXX }, false);

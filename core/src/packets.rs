@@ -384,19 +384,14 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     fn ask(&mut self, report: &mut impl Report) -> Option<Whole> {
         let packet = self.buffer.as_ref().get(..self.length).unwrap_or_default();
         let seen = self.ask_at.saturating_sub(1);
-        let why = match self.format.classify_after(packet, seen) {
-            Classification::Incomplete { at_least } => {
-                self.ask_at = at_least;
-                return None;
-            }
-            Classification::Frame(length) if length == packet.len() => {
-                return Some(self.deliver());
-            }
-            Classification::Frame(_) => DiscardReason::BadHeader,
-            Classification::Rejected(why) => why,
-        };
-        self.discard_all_but(0, why, report);
-        None
+        let classification = self.format.classify_after(packet, seen);
+        if let Classification::Incomplete { at_least } = classification {
+            self.ask_at = at_least;
+            return None;
+        }
+        self.deliver(classification)
+            .map_err(|why| self.discard_all_but(0, why, report))
+            .ok()
     }
 
     /// Ends the packet, and decides about it. Does nothing if the packet is empty.
@@ -415,15 +410,10 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
                     }
                     decided => decided,
                 };
-                why = match classification {
-                    Classification::Frame(length) if length == packet.len() => {
-                        return Some(self.deliver());
-                    }
-                    Classification::Frame(_) => DiscardReason::BadHeader,
-                    Classification::Rejected(why) if why != DiscardReason::LineEvent => why,
-                    // The delimiter has come before the end of the frame.
-                    _ => DiscardReason::BrokenStuffing,
-                };
+                match self.deliver(classification) {
+                    Ok(whole) => return Some(whole),
+                    Err(reason) => why = reason,
+                }
                 if !self.go_on(why, report) {
                     break;
                 }
@@ -433,11 +423,21 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         None
     }
 
-    /// Ends the packet, which is a frame. The frame stays in the buffer until the next byte.
-    fn deliver(&mut self) -> Whole {
-        let (received, length) = (self.pending, self.length);
-        self.reset();
-        (received, length)
+    /// Ends the packet if this classification makes it a frame. Otherwise returns the reason why it is none. The frame
+    /// stays in the buffer until the next byte.
+    #[inline]
+    fn deliver(&mut self, classification: Classification) -> Result<Whole, DiscardReason> {
+        match classification {
+            Classification::Frame(length) if length == self.length => {
+                let received = self.pending;
+                self.reset();
+                Ok((received, length))
+            }
+            Classification::Frame(_) => Err(DiscardReason::BadHeader),
+            Classification::Rejected(why) if why != DiscardReason::LineEvent => Err(why),
+            // The delimiter has come before the end of the frame.
+            _ => Err(DiscardReason::BrokenStuffing),
+        }
     }
 
     /// Discards the pending bytes for this reason, except the last `kept` bytes. Ends the packet.

@@ -194,7 +194,7 @@ pub enum DiscardReason {
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,
-    /// The terminator (the fixed bytes after the payload) was wrong.
+    /// The terminator, or another fixed value after the header, was wrong.
     WrongTerminator,
     /// No whole packet lies between two delimiters: an escape sequence is invalid, or the second delimiter came before
     /// the packet's end. Only a [`PacketReceiver`](crate::PacketReceiver) gives this reason.
@@ -215,7 +215,7 @@ impl fmt::Display for DiscardReason {
             Self::BadHeader => "bad header",
             Self::TooLong => "too long",
             Self::UnknownMessage => "unknown message",
-            Self::WrongTerminator => "wrong terminator",
+            Self::WrongTerminator => "wrong terminator or fixed value",
             Self::BrokenStuffing => "broken stuffing",
             Self::ChecksumMismatch => "checksum mismatch",
             Self::LineEvent => "line event",

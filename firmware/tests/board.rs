@@ -1,5 +1,5 @@
-//! Tests of start-up and resets: the debug port, the cache, the crystal, the outputs after a reset, and how often
-//! the PWM gets new pulses.
+//! Tests of start-up: the debug port, the outputs after power-on, and how often the PWM gets new pulses. Others are
+//! scripts: see `start.txt`.
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
@@ -58,58 +58,6 @@ fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
             let is_open = firmware.board.debug_port_is_open();
             assert_eq!(is_open, expected[2] == 0x5A, "{what}");
         }
-    }
-}
-
-/// The instruction cache is on, and the pull-up of the receiver's pin keeps an unconnected line quiet.
-#[test]
-fn the_cache_and_the_pull_up_are_on() {
-    const NVMC_ICACHECNF: u32 = 0x4001_E540;
-    const PIN_CNF_8: u32 = 0x5000_0720;
-    let mut firmware = Firmware::at_power_on("default");
-    for (after, cache, pull) in [(0, 0, 0), (3, 1, 3)] {
-        firmware.run_for(after * MILLISECOND);
-        assert_eq!(firmware.board.register(NVMC_ICACHECNF).unwrap(), cache);
-        assert_eq!(firmware.board.register(PIN_CNF_8).unwrap() >> 2 & 3, pull);
-    }
-}
-
-/// Frames arrive, but the failsafe's time does not advance. No tick wakes the main loop, so nobody feeds the
-/// watchdog.
-#[test]
-fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
-    const TIMER0_TASKS_STOP: u32 = 0x4000_8004;
-    let mut firmware = Firmware::booted("default");
-    firmware.board.set_register(TIMER0_TASKS_STOP, 1).unwrap();
-    firmware.drive(400, 10, |_| [1, 2, 3]);
-    assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
-}
-
-#[test]
-fn with_a_dead_crystal_the_watchdog_resets_the_chip() {
-    let mut firmware = Firmware::at_power_on("default");
-    firmware.board.break_crystal();
-    firmware.run_for(MILLISECOND);
-    // The servos' wires are driven low while the chip waits for the crystal.
-    let pins = firmware.board.pins();
-    assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0));
-    firmware.run_for(600 * MILLISECOND);
-    assert_eq!(firmware.resets(), [ResetCause::Watchdog; 2]);
-    assert!(firmware.board.debug_port_is_open());
-}
-
-/// The wires do not float while flash is written or when the watchdog starts.
-#[test]
-fn the_servos_wires_are_driven_low_before_anything_else() {
-    const WATCHDOG_RUNS: u32 = 0x4001_0400;
-    for (image, register) in [("write-uicr", NVMC_CONFIG), ("default", WATCHDOG_RUNS)] {
-        let mut firmware = Firmware::on_an_erased_chip(image);
-        while firmware.board.register(register).unwrap() == 0 {
-            assert!(firmware.board.now() < MILLISECOND, "{image}");
-            firmware.run_for(10);
-        }
-        let pins = firmware.board.pins();
-        assert_eq!((pins.outputs[1], pins.high[1]), (0x70, 0), "{image}");
     }
 }
 
@@ -186,17 +134,4 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
         let says = |value: u32| pulse(value.to_le_bytes()[0].into());
         assert!(new.any(|value| pitch == says(value)), "{period:?}");
     }
-}
-
-/// Erratum 136: if the reset pin's bit is set, other bits may be set wrongly.
-#[test]
-fn the_reset_pin_is_the_cause_whatever_else_is_said() {
-    let mut firmware = Firmware::booted("default");
-    firmware.fault_in(&["TIMER0"]);
-    // The pin resets the chip before the firmware has cleared the last cause.
-    firmware.board.reset();
-    firmware.board.log();
-    firmware.run_for(5 * MILLISECOND);
-    let log = firmware.board.log().join("\n");
-    assert!(log.contains("reset by pin (RESETREAS 0x1)"), "{log}");
 }

@@ -33,8 +33,7 @@ pub(crate) struct Recorded {
 }
 
 impl Recorded {
-    pub(crate) fn booted() -> Self {
-        let mut firmware = Firmware::booted("default");
+    pub(crate) fn of(mut firmware: Firmware) -> Self {
         let kept = firmware.board.watch("LAST_OUTPUT").unwrap();
         Self { firmware, kept }
     }
@@ -93,7 +92,7 @@ impl Recorded {
 /// on.
 #[test]
 fn after_a_halt_the_outputs_go_on_from_where_they_are() {
-    let mut recorded = Recorded::booted();
+    let mut recorded = Recorded::of(Firmware::booted("default"));
     for (n, halt) in (1..).zip(sample(5..50, 15).chain([90, 130, 300, 700, 2_000])) {
         recorded.live_at([255, 0, 255]);
         let firmware = &mut recorded.firmware;
@@ -141,7 +140,7 @@ fn no_reset_lets_an_output_jump() {
         Kind::BrownOut,
     ] {
         let what = format!("{kind:?}");
-        let mut recorded = Recorded::booted();
+        let mut recorded = Recorded::of(Firmware::booted("default"));
         recorded.live_at([255, 0, 255]);
         let from = recorded.firmware.board.now();
         for offset in sample(0..20, 3) {

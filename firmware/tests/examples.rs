@@ -6,9 +6,12 @@
 
 use std::path::PathBuf;
 
-use nrf52840_emulator::{Board, Image, LineSymbol, MILLISECOND};
+use nrf52840_emulator::{Board, Image, MILLISECOND};
 
-const SETPOINT: &[u8] = b"AB\0\x76\x77\x78\r";
+mod symbols;
+
+use symbols::symbols;
+
 const AXES: &str = "axes: [118, 119, 120]";
 const LIVE: &str = "axes: [118, 119, 120], phase: Live";
 
@@ -63,115 +66,67 @@ fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)
     }
 }
 
+/// Puts symbols on the line, and returns the end of the last one.
+fn send(board: &mut Board, words: &str) -> u64 {
+    board.send_symbols(&symbols(words))
+}
+
+/// 1.2 s of setpoints. An approach takes a second, so the output is then live.
+const GO_LIVE: &str = "frame:118,119,120*2000";
+
 #[test]
 fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
-    // 1.2 s, because an approach takes a second.
-    let frames = SETPOINT.repeat(2_000);
     each(
         2_000,
         |_, board| {
-            board.send(&frames);
+            send(board, GO_LIVE);
         },
         |log| {
             assert!(log.says(LIVE));
-            assert_eq!(
-                log.phases(),
-                ["Parked", "Approach", "Live", "Hold", "Ramp", "Parked"]
-            );
+            let phases = ["Parked", "Approach", "Live", "Hold", "Ramp", "Parked"];
+            assert_eq!(log.phases(), phases);
         },
     );
 }
 
-/// Sends setpoints until the output is live, and then 10 ms of silence. From then on, a wrong frame would move the
-/// output. Returns the end of the silence.
-fn go_live(board: &mut Board) -> u64 {
-    // 1.2 s.
-    board.send(&SETPOINT.repeat(2_000));
-    board.send_symbols(&[LineSymbol::Idle(1152)])
-}
-
-/// Sends 30 ms of silence, in which a wrong frame would move the output, and a setpoint.
-fn stay_live(board: &mut Board) {
-    board.send_symbols(&[LineSymbol::Idle(3456)]);
-    board.send(SETPOINT);
-    board.send_symbols(&[LineSymbol::Idle(1152)]);
-}
-
-/// If only the corrupted byte and the bytes dropped after it were missing, the rest of the stream would contain a
-/// frame.
+/// The bytes before a disturbance and those after it would together be a frame, which would move the output.
 #[test]
-fn bytes_around_a_framing_error_are_no_frame() {
-    each(
-        1_900,
-        |_, board| {
-            let start = go_live(board);
-            // The error is noticed late, when all these bytes are in the driver's buffer.
-            board.send(&[b'.'; 70]);
-            board.send(b"AB\0de");
-            let late = board.send_symbols(&[LineSymbol::BadStop(b'f')]);
-            board.hold_off(start, late - start);
-            board.send_symbols(&[LineSymbol::Idle(300)]);
-            board.send(b"f\r");
-            stay_live(board);
-            for dropped in 0..10 {
-                board.send(b"AB\0de");
-                board.send_symbols(&[LineSymbol::BadStop(b'f')]);
-                board.send(&b".........."[..dropped]);
-                board.send(b"f\r");
-                stay_live(board);
-            }
-        },
-        |log| {
-            log.assert_stays_live();
-            assert!(log.says("WARN  Framing"));
-        },
-    );
-}
-
-/// The bytes just before the lost bytes and the bytes just after them would together be a frame.
-#[test]
-fn bytes_around_an_overrun_are_no_frame() {
-    each(
-        1_400,
-        |example, board| {
-            let start = go_live(board);
-            // The number of bytes that the UARTE's FIFO and the driver's buffer keep. The rest is
-            // lost.
-            let kept = if example == "framelock-rtic" {
-                7
-            } else {
-                256 + 6
-            };
-            board.send(&vec![b'.'; kept - 5]);
-            board.send(b"AB\0de");
-            let lost = board.send(&[b'.'; 70]);
-            board.hold_off(start, lost - start);
-            // 2.6 ms: long enough to parse all kept bytes, too short to count as an idle line.
-            board.send_symbols(&[LineSymbol::Idle(300)]);
-            board.send(b"f\r");
-            stay_live(board);
-        },
-        |log| {
-            log.assert_stays_live();
-            assert!(log.says("WARN  Overrun"));
-        },
-    );
-}
-
-#[test]
-fn bytes_around_a_pause_are_no_frame() {
-    each(
-        1_400,
-        |_, board| {
-            go_live(board);
-            board.send(b"AB\0de");
-            // 10 ms.
-            board.send_symbols(&[LineSymbol::Idle(1152)]);
-            board.send(b"f\r");
-            stay_live(board);
-        },
-        Log::assert_stays_live,
-    );
+fn bytes_around_a_disturbance_are_no_frame() {
+    // 30 ms of silence, in which a wrong frame would move the output, and a setpoint.
+    let stays = "idle:3456 frame:118,119,120 idle:1152";
+    // If only the corrupted byte and the bytes dropped after it were missing, the rest would contain a frame.
+    let errors = (0..10).map(|dropped| {
+        let dropped = "2E ".repeat(dropped);
+        format!("41 42 00 64 65 bad:66 {dropped} 66 0D {stays} ")
+    });
+    let errors = format!("idle:300 66 0D {stays} {}", errors.collect::<String>());
+    let (late, kept) = ("2E*70 41 42 00 64 65 bad:66", "KEPT 41 42 00 64 65 2E*70");
+    for (milliseconds, held, after, warning) in [
+        // The error is noticed late, when all these bytes are in the driver's buffer.
+        (1_900, late, &*errors, "WARN  Framing"),
+        // The rest does not fit into the driver's buffer. Then 2.6 ms: long enough to parse all kept bytes, too short to
+        // count as an idle line.
+        (1_400, kept, "idle:300 66 0D", "WARN  Overrun"),
+        // 10 ms of silence.
+        (1_400, "41 42 00 64 65", "idle:1152 66 0D", ""),
+    ] {
+        each(
+            milliseconds,
+            |example, board| {
+                let start = send(board, &format!("{GO_LIVE} idle:1152"));
+                // The UARTE's FIFO and the driver's buffer keep 7 bytes, or 256 + 6.
+                let is_rtic = example == "framelock-rtic";
+                let kept = if is_rtic { "2E*2" } else { "2E*257" };
+                let end = send(board, &held.replace("KEPT", kept));
+                board.hold_off(start, end - start);
+                send(board, &format!("{after} {stays}"));
+            },
+            |log| {
+                log.assert_stays_live();
+                assert!(log.says(warning), "{warning}");
+            },
+        );
+    }
 }
 
 /// After an overrun, and after a bad byte, frames are received even without a pause.
@@ -180,11 +135,9 @@ fn frames_behind_an_error_come_out() {
     each(
         1_300,
         |_, board| {
-            let lost = board.send(&[b'.'; 400]);
+            let lost = send(board, "2E*400");
             board.hold_off(board.now(), lost - board.now());
-            board.send(SETPOINT);
-            board.send_symbols(&[LineSymbol::BadStop(b'A')]);
-            board.send(&SETPOINT.repeat(2_000));
+            send(board, &format!("frame:118,119,120 bad:41 {GO_LIVE}"));
         },
         |log| assert!(log.says(LIVE) && log.says("WARN  Framing")),
     );
@@ -197,21 +150,15 @@ fn an_ambiguous_payload_is_right_after_one_pause() {
     each(
         1_400,
         |_, board| {
-            let frames = b"AB\0\rAB\r".repeat(2_000);
-            // 143 frames, without the first byte.
-            board.send(&frames[1..1_001]);
-            // 10 ms.
-            board.send_symbols(&[LineSymbol::Idle(1152)]);
-            board.send(&frames);
+            // 143 frames, without the first byte. Then 10 ms.
+            send(board, "42 00 0D 41 42 0D frame:13,65,66*142 idle:1152");
+            send(board, "frame:13,65,66*2000");
         },
         |log| {
             assert!(log.says("axes: [13, 65, 66], phase: Live"));
             // Only the wrong frames have a demand of 0 on the third axis.
-            let live = log.0.iter().filter(|line| line.contains("phase: Live"));
-            assert!(
-                live.clone().all(|line| line.contains("[13, 65, 66]")),
-                "{log:?}"
-            );
+            let mut live = log.0.iter().filter(|line| line.contains("phase: Live"));
+            assert!(live.all(|line| line.contains("[13, 65, 66]")), "{log:?}");
         },
     );
 }

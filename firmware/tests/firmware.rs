@@ -8,8 +8,7 @@ use nrf52840_emulator::{
 };
 use object::{Object, ObjectSection};
 
-/// Demands for pitch, roll and yaw.
-pub(crate) type Setpoint = [u8; 3];
+pub(crate) use crate::symbols::{Setpoint, frame};
 
 /// Returns the content of the image's file.
 pub(crate) fn image_file(name: &str) -> Vec<u8> {
@@ -78,7 +77,7 @@ fn assumed() -> Assumptions {
 }
 
 /// Returns the counters' names from the image's file, in their order in memory.
-fn counters(image: &str) -> Vec<String> {
+pub(crate) fn counters(image: &str) -> Vec<String> {
     let elf = image_file(image);
     let file = object::File::parse(&*elf).unwrap();
     let names = file.section_by_name(".counters").unwrap();
@@ -280,11 +279,6 @@ impl Firmware {
         let placed = 7 * self.counter("frames") + discarded + self.counter("pending");
         assert_eq!(self.counter("bytes"), placed, "{what}");
     }
-}
-
-/// Returns the frame of a setpoint.
-pub(crate) fn frame([pitch, roll, yaw]: Setpoint) -> [u8; 7] {
-    [b'A', b'B', 0, pitch, roll, yaw, b'\r']
 }
 
 /// Returns a sequence of different setpoints.

@@ -1,9 +1,8 @@
 //! Tests of servos, LEDs, log and watchdog. Most of them are scripts: see `outputs.txt`.
 
-use nrf52840_emulator::{Assumptions, LineSymbol, MILLISECOND, ResetCause};
+use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 
-use crate::bounds::Recorded;
-use crate::firmware::{Firmware, RESTART, UNDEFINED, frame, sample};
+use crate::firmware::{Firmware, RESTART, UNDEFINED, sample};
 
 /// Returns the pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
@@ -46,143 +45,6 @@ pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
         before = is_lit;
     }
     (lit, flashes)
-}
-
-/// The states that LED3 shows and the log names.
-const STATES: [&str; 4] = [
-    "no frames",
-    "frames arrive too far apart",
-    "approach",
-    "live",
-];
-
-#[test]
-fn each_script_passes() {
-    let mut count = 0;
-    for script in include_str!("outputs.txt").split("\n\n").skip(1) {
-        let mut lines = script.lines().filter(|line| !line.starts_with('#'));
-        let name = lines.next().unwrap();
-        let (mut recorded, mut log, mut mark) = (Recorded::booted(), Vec::new(), 0);
-        for line in lines {
-            let what = format!("{name}: {line}");
-            let words: Vec<&str> = line.trim_start().split(' ').collect();
-            let (command, words) = words.split_first().unwrap();
-            run(&mut recorded, &mut log, &mut mark, command, words, &what);
-        }
-        count += 1;
-    }
-    assert_eq!(count, 15);
-}
-
-fn run(
-    recorded: &mut Recorded,
-    log: &mut Vec<String>,
-    mark: &mut u64,
-    command: &str,
-    words: &[&str],
-    what: &str,
-) {
-    let number = |place: usize| words[place].parse::<u64>().expect(what);
-    let demand =
-        |place: usize| [0, 1, 2].map(|axis| u8::try_from(number(place + axis)).expect(what));
-    let firmware = &mut recorded.firmware;
-    match command {
-        "frames" => firmware.drive(number(0), number(1), |_| demand(2)),
-        "queue" => {
-            let now = firmware.board.now();
-            firmware.board.line(|line| {
-                for n in 0..number(0) {
-                    for byte in frame(demand(2)) {
-                        line.send(now + n * number(1) * MILLISECOND, LineSymbol::Byte(byte));
-                    }
-                }
-            });
-        }
-        "send" => {
-            let symbols = words.iter().map(|word| match *word {
-                "bad" => LineSymbol::BadStop(0),
-                byte => LineSymbol::Byte(u8::from_str_radix(byte, 16).expect(what)),
-            });
-            firmware.board.send_symbols(&symbols.collect::<Vec<_>>());
-        }
-        "run" => firmware.run_for(number(0) * MILLISECOND),
-        "mark" => *mark = firmware.board.now(),
-        "pulses" => {
-            let pulses = pulses(firmware, *mark);
-            let expected = demand(0).map(|unit| pulse(unit.into()));
-            assert!(
-                !pulses.is_empty() && pulses.iter().all(|widths| *widths == expected),
-                "{what}"
-            );
-        }
-        "bound" => recorded.assert_bounded(*mark, u8::try_from(number(0)).unwrap(), what),
-        "away" => {
-            for polled in recorded.polled(*mark) {
-                let mut away = polled.iter().zip(demand(1));
-                let is_near = away.all(|(is, was)| u64::from(is.abs_diff(was)) <= number(0));
-                assert!(is_near, "{what}: {polled:?}");
-            }
-        }
-        "assume" => firmware.assume(|all| *all = Assumptions::named(words[0]).expect(what)),
-        "leds" => {
-            for (lit, word) in firmware.leds().iter().zip(words) {
-                assert!(*word == "-" || *lit == (*word == "1"), "{what}");
-            }
-        }
-        "led3" => {
-            let (lit, flashes) = led3(firmware, number(0));
-            assert!((number(1)..=number(2)).contains(&lit), "{what}: {lit} ms");
-            assert_eq!(flashes, number(3), "{what}");
-        }
-        "log" => {
-            log.extend(firmware.board.log());
-            let found = log
-                .iter()
-                .filter(|line| line.contains(&words[1..].join(" ")));
-            assert_eq!(found.count() as u64, number(0), "{what}: {log:#?}");
-        }
-        "says" => {
-            firmware.board.log();
-            let (lit, flashes) = led3(firmware, 2_097);
-            assert!((number(0)..=number(1)).contains(&lit), "{what}: {lit} ms");
-            assert_eq!(flashes, number(2), "{what}");
-            *log = firmware.board.log();
-            let text = words[3..].join(" ");
-            for state in STATES {
-                let mut lines = log.iter();
-                let is_logged = lines.any(|line| line.ends_with(&text) && line.contains(state));
-                assert_eq!(is_logged, text.starts_with(state), "{what}: {log:#?}");
-                let is_logged = log.iter().any(|line| line.contains(state));
-                assert_eq!(is_logged, text.starts_with(state), "{what}: {log:#?}");
-            }
-        }
-        _ => panic!("unknown command: {what}"),
-    }
-}
-
-#[test]
-fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
-    let mut firmware = Firmware::booted("default");
-    firmware.run_for(2_000 * MILLISECOND);
-    assert!(
-        firmware.board.trace().resets.is_empty(),
-        "fed while all is well"
-    );
-    firmware.board.log();
-
-    firmware.board.stick_main_loop().unwrap();
-    let stuck_at = firmware.board.now();
-    firmware.run_for(400 * MILLISECOND);
-    let [reset] = firmware.board.trace().resets.as_slice() else {
-        panic!("{:?}", firmware.board.trace().resets);
-    };
-    assert_eq!(reset.cause, ResetCause::Watchdog);
-    assert!(reset.at - stuck_at < 260 * MILLISECOND);
-    let log = firmware.board.log().join("\n");
-    assert!(log.contains("reset by watchdog"), "{log}");
-    // Now the firmware works again.
-    firmware.commits();
-    firmware.takes_a_frame(RESTART, "after the reset");
 }
 
 /// If a handler ends just before a tick, the main loop is awake when the tick comes. The line has a break, so no byte
@@ -231,24 +93,6 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut before = trace.pwm_periods.iter().rev();
     let last = before.find(|period| period.at < reset.at).unwrap();
     assert!(last.at + last.length <= reset.at, "{last:?}, {reset:?}");
-}
-
-/// If the main loop runs but the receive handler does not, the watchdog is not fed: neither in silence, nor while the
-/// servos follow the demand and while they are held.
-#[test]
-fn a_dead_receiver_is_reset_by_the_watchdog() {
-    for driven in [0, 1_500] {
-        let mut firmware = Firmware::booted("default");
-        firmware.drive(driven, 10, |_| [255, 0, 255]);
-        // `bx lr`: the handler returns immediately.
-        let code = firmware.patch("UARTE0_UART0", [0x70, 0x47]);
-        let dead_from = firmware.board.now();
-        firmware.run_for(300 * MILLISECOND);
-        firmware.patch("UARTE0_UART0", code);
-        assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
-        let reset = firmware.board.trace().resets[0].at;
-        assert!(reset - dead_from < 260 * MILLISECOND);
-    }
 }
 
 /// If the tick cannot access the receiver, because the receiver's cell is empty or in use, the failure is counted and

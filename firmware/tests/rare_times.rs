@@ -3,6 +3,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause, Trace};
 
+use crate::bounds::Recorded;
 use crate::firmware::{Firmware, frame};
 use crate::outputs::{pulse, pulses};
 
@@ -47,45 +48,35 @@ fn starts_before_the_wrap(microseconds: u32) -> Firmware {
 /// LED2 stays dark when the clock comes again to the time of the last error. The outputs stay parked, and start as always.
 #[test]
 fn hours_of_silence_change_nothing() {
-    let mut firmware = Firmware::booted("default");
-    let drive = |firmware: &mut Firmware, frames: u64| {
-        let from = firmware.board.now();
-        firmware.drive(10 * frames, 10, |_| [255, 0, 128]);
-        pulses(firmware, from)
-    };
-    // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
-    let assert_slow = |pulses: &[[u64; 3]]| {
-        let mut pairs = pulses.windows(2);
-        assert!(
-            pairs.all(|pair| pair[0][0].abs_diff(pair[1][0]) <= 24),
-            "{pulses:?}"
-        );
-    };
-    drive(&mut firmware, 150);
-    let from = firmware.board.now();
+    let mut recorded = Recorded::of(Firmware::booted("default"));
+    let firmware = &mut recorded.firmware;
+    firmware.drive(1_500, 10, |_| [255, 0, 128]);
     firmware.send_symbols_and_wait(&[LineSymbol::BadStop(0)], 20 * MILLISECOND);
     assert!(firmware.leds()[1]);
-    let at = count(&mut firmware);
+    let at = count(firmware);
     firmware.run_for(2_000 * MILLISECOND);
     let before = firmware.counter("bytes");
+    let parked_from = firmware.board.now();
     for wraps in 1..=3 {
-        skip_to(&mut firmware, at.wrapping_sub(100_000));
+        skip_to(firmware, at.wrapping_sub(100_000));
         for _ in 0..300 {
             firmware.run_for(MILLISECOND);
             assert_eq!(firmware.leds(), [false, false, true], "{wraps} wraps");
         }
-        let from = firmware.board.now() - 50 * MILLISECOND;
-        assert_eq!(pulses(&mut firmware, from)[0], [pulse(128); 3]);
     }
     assert_eq!(firmware.counter("bytes"), before);
     assert!(firmware.resets().is_empty());
-    assert_slow(&pulses(&mut firmware, from + 120 * MILLISECOND));
+    let from = firmware.board.now();
+    let mut parked = pulses(firmware, parked_from).into_iter();
+    assert!(parked.all(|widths| widths == [pulse(128); 3]));
     firmware.commits();
-    assert_slow(&drive(&mut firmware, 60));
-    assert_eq!(firmware.commits(), [[255, 0, 128]; 60]);
-    drive(&mut firmware, 60);
-    let live = drive(&mut firmware, 20);
-    assert_eq!(live.last(), Some(&[pulse(255), pulse(0), pulse(128)]));
+    firmware.drive(1_000, 10, |_| [255, 0, 128]);
+    assert_eq!(firmware.commits(), [[255, 0, 128]; 100]);
+    recorded.assert_bounded(from, 2, "an approach");
+    let firmware = &mut recorded.firmware;
+    firmware.drive(500, 10, |_| [255, 0, 128]);
+    let last = pulses(firmware, from).pop();
+    assert_eq!(last, Some([pulse(255), pulse(0), pulse(128)]));
 }
 
 /// Runs the firmware through every state within six seconds. The comments state where the clock may wrap. Returns

@@ -2,7 +2,6 @@
 
 use crate::firmware::{Firmware, GAP, RESTART, Reference, frame, frames, reference, sample};
 use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};
-use nrf52840_emulator::MILLISECOND;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -135,15 +134,5 @@ fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
         assert!(commits.len() > 380, "phase {phase}: {}", commits.len());
         let last = &sent[sent.len() - commits.len()..];
         assert_eq!(commits, last, "phase {phase}");
-    }
-}
-
-/// Every byte of a frame but the last one is sent, and nothing is committed.
-#[test]
-fn nothing_is_committed_before_the_last_byte() {
-    for (image, ..) in IMAGES {
-        let mut firmware = Firmware::booted(image);
-        firmware.send_and_wait(&FIRST[..6], MILLISECOND);
-        assert!(firmware.commits().is_empty(), "{image}");
     }
 }

@@ -194,7 +194,7 @@ impl Layout<'_> {
             }
             Length::Fixed => self.longest,
             Length::Field(field) => {
-                let number = field.number.read(head) & field.mask;
+                let number = field.value(field.number.read(head));
                 if message.is_some_and(|message| number > message.longest_payload.into()) {
                     return Err(DiscardReason::TooLong);
                 }

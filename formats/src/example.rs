@@ -4,7 +4,7 @@ use framelock::{Classification, DiscardReason};
 
 use crate::any_of::further_on;
 use crate::checksum::fill;
-use crate::layout::{ByteOrder, CheckedLayout, Messages, Trailer, index};
+use crate::layout::{CheckedLayout, Messages, Trailer, index};
 
 /// The limit on the number of bytes that [`CheckedLayout::example`] writes in search of a frame.
 const MOST_BYTES: usize = 1 << 22;
@@ -99,12 +99,7 @@ impl CheckedLayout<'_> {
             }
         }
         if let (Some(Messages { number, .. }), Some(message)) = (self.messages, message) {
-            let place = frame.get_mut(number.at..number.end()).unwrap_or_default();
-            let lowest_first = message.number.to_le_bytes().into_iter().take(number.bytes);
-            match number.order {
-                ByteOrder::Little => fill(place, lowest_first),
-                ByteOrder::Big => fill(place, lowest_first.rev()),
-            }
+            number.write(frame, message.number);
         }
         if let Some(Trailer { at, mask, .. }) = self.trailer {
             let bits = if trailer.is_some() { mask } else { 0 };

@@ -3,7 +3,9 @@
 use framelock::Classification;
 
 use crate::checksum::fill;
-use crate::layout::{ByteOrder, CheckedLayout, Layout, Length, LengthField, Patterns, index};
+use crate::layout::{
+    ByteOrder, CheckedLayout, Layout, Length, LengthField, Number, Patterns, index,
+};
 
 impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
@@ -75,16 +77,19 @@ impl LengthField {
         let counted = u32::try_from(counted).unwrap_or_default();
         let number = counted.checked_div(self.factor).unwrap_or_default();
         let others = self.number.read(frame) & !self.mask;
-        let bytes = (number & self.mask | others).to_le_bytes();
-        let lowest_first = bytes.iter().take(self.number.bytes);
-        let place = frame.get_mut(self.number.at..self.number.end());
-        let place = place.unwrap_or_default().iter_mut();
-        match self.number.order {
-            ByteOrder::Little => place.zip(lowest_first).for_each(|(byte, it)| *byte = *it),
-            ByteOrder::Big => place
-                .rev()
-                .zip(lowest_first)
-                .for_each(|(byte, it)| *byte = *it),
+        let bits = number.wrapping_shl(self.mask.trailing_zeros()) & self.mask;
+        self.number.write(frame, bits | others);
+    }
+}
+
+impl Number {
+    /// Writes the number into a header that contains it.
+    pub(crate) fn write(&self, header: &mut [u8], number: u32) {
+        let place = header.get_mut(self.at..self.end()).unwrap_or_default();
+        let lowest_first = number.to_le_bytes().into_iter().take(self.bytes);
+        match self.order {
+            ByteOrder::Little => fill(place, lowest_first),
+            ByteOrder::Big => fill(place, lowest_first.rev()),
         }
     }
 }

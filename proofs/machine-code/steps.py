@@ -13,8 +13,8 @@ SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequ
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]
 MOST = {"receiver": (240, 380, 48), "lecture": (50, 90, 32)}  # Limits of a step: instructions, cycles, bytes of stack.
 
-def one_if(condition, size=32):
-    return z3.If(condition, bits(1, size), bits(0, size))
+def one_if(condition):
+    return z3.If(condition, bits(1), bits(0))
 
 def begins_frame(data):
     return z3.And([byte == fixed for byte, fixed in zip(data, FRAME) if fixed is not None])
@@ -66,7 +66,7 @@ def expected(before, is_frame, axes, discarded, fields):
     for name, more in (discarded | {"bytes": 1}).items():
         after[name] = before[name] + more
     is_lost = z3.Or(was_lost, *[count != 0 for count in discarded.values()])
-    after["lost"] = one_if(z3.And(is_lost, z3.Not(is_frame)), 8)
+    after["lost"] = one_if(z3.And(is_lost, z3.Not(is_frame)))
     counted = {"frames": 1, "frame_bytes": 7, "resynchronisations": one_if(was_lost), "sequence": 1}
     frame = {f"published {axis}": value for axis, value in zip(AXES, axes)}
     frame |= {name: before[name] + more for name, more in counted.items()}

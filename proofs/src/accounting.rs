@@ -8,7 +8,7 @@
 //! for any values of the counters, even if they are about to wrap. A fed slice has the same effect as pushing its bytes
 //! (theorem 6).
 //!
-//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte. When the engine has
+//! For every format, the receiver's engine neither loses nor invents a byte. When the engine has
 //! taken a byte, this byte and each byte that was pending is either reported, in a frame or as discarded, or still
 //! pending (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted),
 //! whether a byte is pushed, a slice is fed, or a line event comes. The line also [counts each line

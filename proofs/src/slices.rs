@@ -1,7 +1,7 @@
 //! Theorem 6: however a stream is cut into slices, the results are the same as if the bytes were pushed one by one. The
 //! results are the frames, their offsets, the dropped bytes, the reasons, and the pending bytes (R5).
 //!
-//! For receivers of every format of one to eight bytes, the proof is in `core/src/window/verification.rs`.
+//! For receivers of every format, the proof is in `core/src/window/verification.rs`.
 //! [`receiver_is_its_window`] shows that the functions of `Receiver` do the same as those of its window. This module
 //! has the proof for the lecture's machine.
 

@@ -16,6 +16,7 @@ export CLIPPY_ARGS=-Dwarnings
 # the tests, so that they need not be compiled again to run.
 everything="--workspace --all-features --exclude framelock-web-browser $lint"
 published="--package framelock --package framelock-formats"
+documented="$published --package framelock-proofs --package framelock-receiving --package framelock-simulation"
 
 # Runs tests. `cargo xtask verify` checks that at least one test runs after each of these lines.
 tests_of() { echo "tests: $*"; "$@"; }
@@ -23,7 +24,7 @@ tests_of() { echo "tests: $*"; "$@"; }
 #= format: the sources are formatted by rustfmt
 format() {
     lints
-    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals; do
+    for folder in . firmware firmware/examples/rp2040 fuzz formats/benches/rivals proofs/template; do
         (cd $folder; cargo fmt --all --check)
     done
 }
@@ -68,26 +69,29 @@ tests() {
     tests_of cargo test $everything --all-targets --no-fail-fast --exclude framelock-firmware-tests
 }
 
+# Builds documentation in a separate folder. In the common folder, cargo would compile all dependencies again, because
+# RUSTC_BOOTSTRAP changes their build. A stable compiler accepts unstable options only with this variable.
+document() { RUSTC_BOOTSTRAP=1 cargo doc --no-deps --all-features $documented --target-dir "$target/documented"; }
+
 #= docs: the documentation builds without warnings, and its examples run
 docs() {
     tests_of cargo test $everything --doc
-    RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps --all-features $published --package framelock-proofs \
-        --package framelock-receiving --package framelock-simulation
+    export RUSTDOCFLAGS=-Dwarnings
+    document
 }
 
 # Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one instead.
 #= interface: the public interface of each published package equals the committed one
 interface() {
-    # Build in a separate folder. In the common folder, cargo would compile all dependencies again, because RUSTC_BOOTSTRAP
-    # changes their build. A stable compiler accepts the unstable JSON only with this variable. docs.rs sets `docsrs`, too.
-    RUSTC_BOOTSTRAP=1 RUSTDOCFLAGS="-Dwarnings --cfg=docsrs -Zunstable-options --output-format=json" \
-        cargo doc --no-deps --lib --all-features $published --target-dir "$target/interface"
+    # docs.rs sets `docsrs`, too.
+    export RUSTDOCFLAGS="-Dwarnings --cfg=docsrs -Zunstable-options --output-format=json"
+    document
     echo "After an intended change, run: SNAPSHOTS=overwrite cargo xtask verify --only interface"
     for package in core:framelock formats:framelock_formats; do
         name=${package#*:}
-        cargo xtask interface "$target/interface/doc/$name.json" >"$target/interface/$name.txt"
-        [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/interface/$name.txt" "${package%:*}/PUBLIC-API.txt"
-        git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/interface/$name.txt"
+        cargo xtask interface "$target/documented/doc/$name.json" >"$target/documented/$name.txt"
+        [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/documented/$name.txt" "${package%:*}/PUBLIC-API.txt"
+        git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/documented/$name.txt"
     done
     note "by $(rustc --version)"
 }
@@ -140,6 +144,16 @@ hex_images() {
     done
 }
 
+# Makes a package with a format of your own and its theorems in a new folder.
+own_proof() {
+    mkdir -p "$(dirname "$1")"
+    mkdir "$1"
+    cp -r proofs/template/src "$1"
+    sed "s|\.\./\.\.|$PWD|" proofs/template/Cargo.toml > "$1/Cargo.toml"
+    echo "$1: change src/lib.rs to your frame, and run in this folder: cargo kani"
+    echo "or without Kani: cargo run --manifest-path $PWD/Cargo.toml -p framelock-offline-prover -- --package own-frame"
+}
+
 # Makes the archives for C and for Arduino, which contain the same headers.
 archives() {
     archives=$target/archives
@@ -153,11 +167,11 @@ archives() {
     ls "$archives"/*
 }
 
-# Checks the firmware of the sources in a folder.
-check_settings() (
+# Builds the firmware of the sources in a folder. Shares the dependencies with the images.
+build_settings() (
     bare_metal $chip
     cd "$1/firmware"
-    cargo check --locked --release --target $chip --target-dir "$1/target" --bin framelock-firmware
+    cargo build --locked --release --target $chip --target-dir "$target/firmware" --bin framelock-firmware
 )
 
 #= firmware: the firmware builds for the nRF52840 without warnings, with each set of features
@@ -219,18 +233,13 @@ rivals() {
     cargo run --locked --release --target-dir "$target/rivals" -- check
 }
 
-#= statistics (--all): the simulator's findings, with all trials
-statistics() {
-    export FRAMELOCK_STATISTICS=full
-    tests_of cargo test --package framelock-simulation
-}
-
-#= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink
+#= tables (--all): pandas and polars read the tables that `decode` writes, and `encode` reads them back; MAVLink's messages have the names and values of pymavlink
 tables() {
     python_with pandas==3.1.1 polars==2.1.0 pymavlink==2.4.50
     cargo build --package framelock-host
     "$python" host/cli/tests/tables.py "$target/debug/framelock" host/cli/tests/recordings.txt
     "$python" host/description/tests/message_names.py host/description/src/message_names.txt formats/src/dialects.rs
+    "$python" host/cli/tests/mavlink.py "$target/debug/framelock" formats/src/dialects.rs
 }
 
 #= generated (--all): code generated from two hundred random descriptions

@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use framelock::{
-    BufferedReceiver, FixedFormat, Format, Found, Frame, Line, PacketFormat, PacketReceiver,
-    Parser, Receiver,
+    BufferedReceiver, FixedFormat, Format, Found, Frame, PacketFormat, PacketReceiver, Parser,
+    Receiver,
 };
 use framelock_formats::AnyOf;
 use framelock_formats::layout::CheckedLayout;
@@ -32,9 +32,9 @@ pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 /// number of bytes.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
-    /// The end of the feature of `on-chip` that selects the receiver, after the protocol's name. `None` if the receiver
-    /// does not run on the chip.
-    pub(crate) on_chip: Option<String>,
+    /// The programs of `on-chip` with this receiver: the end of the feature that selects the program, after the
+    /// protocol's name, and the program's name in the tables. Empty if the receiver does not run on the chip.
+    pub(crate) on_chip: Vec<(String, &'static str)>,
     /// Returns the frames that the contender finds in a stream.
     pub(crate) deliver: Box<dyn Fn(&[u8], usize) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
@@ -54,7 +54,7 @@ impl Entry {
     ) -> Self {
         Self {
             name,
-            on_chip: None,
+            on_chip: Vec::new(),
             deliver: Box::new(move |stream, piece| {
                 let mut delivered = Vec::new();
                 hand_over(new(), stream, piece, |taken, message| {
@@ -77,75 +77,55 @@ impl Entry {
         name: &'static str,
         key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
     ) -> Self {
-        let see = |message: C::Message<'_>| {
-            black_box(&message);
-        };
         Self {
-            on_chip: Some(format!("-{name}")),
-            ..Self::new(name, C::default, see, key)
+            on_chip: vec![(format!("-{name}"), name)],
+            ..Self::on_pc::<C>(name, key)
         }
     }
 
     /// Creates the entry of a receiver that runs only on the PC.
-    pub(crate) fn on_pc<C: Contender + 'static>(
+    pub(crate) fn on_pc<C: Contender + Default + 'static>(
         name: &'static str,
-        new: impl Fn() -> C + Copy + 'static,
         key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
     ) -> Self {
         let see = |message: C::Message<'_>| {
             black_box(&message);
         };
-        Self::new(name, new, see, key)
+        Self::new(name, C::default, see, key)
     }
 }
 
 /// A framelock receiver.
-pub(crate) struct Alone<P>(pub(crate) P);
+#[derive(Default)]
+pub(crate) struct Framelock<P>(P);
 
-/// A framelock receiver in a line, which counts the outcome of each byte.
-struct InLine<P>(Line<P>);
+impl<P: Parser + 'static> Contender for Framelock<P> {
+    type Message<'a> = P::Message<'a>;
 
-macro_rules! contender {
-    ($name:ident $(, $finish:item)?) => {
-        impl<P: Parser + 'static> Contender for $name<P> {
-            type Message<'a> = P::Message<'a>;
-
-            #[inline]
-            fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(P::Message<'_>)) {
-                self.0.feed(bytes, |what| {
-                    if let Found::Frame { message, .. } = what {
-                        found(message);
-                    }
-                });
-            }
-
-            #[inline]
-            fn push(&mut self, byte: u8, mut found: impl FnMut(P::Message<'_>)) {
-                if let Some(message) = self.0.push(byte) {
-                    found(message);
-                }
-            }
-
-            $($finish)?
-        }
-    };
-}
-contender!(Alone);
-contender!(
-    InLine,
     #[inline]
-    fn finish(&self) {
-        black_box(self.0.counters());
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(P::Message<'_>)) {
+        self.0.feed(bytes, |what| {
+            if let Found::Frame { message, .. } = what {
+                found(message);
+            }
+        });
     }
-);
 
-/// Returns framelock's receiver of a format twice: alone, and in a `Line`. The buffer has `N` bytes, twice the length of
+    #[inline]
+    fn push(&mut self, byte: u8, mut found: impl FnMut(P::Message<'_>)) {
+        if let Some(message) = self.0.push(byte) {
+            found(message);
+        }
+    }
+}
+
+/// Returns the entry of framelock's receiver of a format. The buffer has `N` bytes, twice the length of
 /// the longest frame.
 pub(crate) fn buffered<const N: usize, F: Format + Copy + 'static>(
     format: F,
     key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,
-) -> Vec<Entry> {
-    ours(
+) -> Entry {
+    framelock(
         move || BufferedReceiver::<F, [u8; N]>::new(format),
         |frame: Frame<'_, F>| {
             black_box(&frame.message());
@@ -155,25 +135,23 @@ pub(crate) fn buffered<const N: usize, F: Format + Copy + 'static>(
     )
 }
 
-/// Returns framelock's receiver of a format of fixed length twice: alone, and in a `Line`. The reference uses the
-/// format's layout.
+/// Returns the entry of framelock's receiver of a format of fixed length. The reference uses the format's layout.
 pub(crate) fn fixed<F: FixedFormat>(
     layout: &'static [CheckedLayout<'static>; 1],
     key: impl Fn(F::Message) -> Vec<u8> + Copy + 'static,
-) -> Vec<Entry> {
+) -> Entry {
     let see = |message: F::Message| {
         black_box(&message);
     };
-    ours(Receiver::<F>::new, see, key, reference(AnyOf(layout)))
+    framelock(Receiver::<F>::new, see, key, reference(AnyOf(layout)))
 }
 
-/// Returns framelock's receiver of packets twice: alone, and in a `Line`. Its buffer has `N` bytes. The message is the
-/// packet.
-pub(crate) fn packets<const N: usize, F>(format: F, reference: Reference) -> Vec<Entry>
+/// Returns the entry of framelock's receiver of packets. Its buffer has `N` bytes. The message is the packet.
+pub(crate) fn packets<const N: usize, F>(format: F, reference: Reference) -> Entry
 where
     F: PacketFormat + for<'a> Format<Message<'a> = &'a [u8]> + Copy + 'static,
 {
-    ours(
+    framelock(
         move || PacketReceiver::<F, [u8; N]>::new(format),
         |frame: Frame<'_, F>| {
             black_box(&frame.message());
@@ -183,24 +161,18 @@ where
     )
 }
 
-fn ours<P: Parser + 'static>(
+fn framelock<P: Parser + 'static>(
     new: impl Fn() -> P + Copy + 'static,
     see: impl Fn(P::Message<'_>) + Copy + 'static,
     key: impl Fn(P::Message<'_>) -> Vec<u8> + Copy + 'static,
     reference: Reference,
-) -> Vec<Entry> {
-    let in_line = move || InLine(Line::new(new()));
-    vec![
-        Entry {
-            on_chip: Some(String::new()),
-            reference: Some(reference),
-            ..Entry::new::<Alone<P>>("framelock", move || Alone(new()), see, key)
-        },
-        Entry {
-            on_chip: Some(",line".to_owned()),
-            ..Entry::new::<InLine<P>>("framelock, `Line`", in_line, see, key)
-        },
-    ]
+) -> Entry {
+    let (alone, in_line) = ("framelock", "framelock, `Line`");
+    Entry {
+        on_chip: vec![(String::new(), alone), (",line".to_owned(), in_line)],
+        reference: Some(reference),
+        ..Entry::new::<Framelock<P>>(alone, move || Framelock(new()), see, key)
+    }
 }
 
 fn reference<F: Format + Copy + 'static>(format: F) -> Reference {
@@ -242,7 +214,6 @@ fn by_byte<C: Contender>(
     for (taken, &byte) in stream.iter().enumerate() {
         contender.push(byte, |message| found(taken + 1, message));
     }
-    contender.finish();
 }
 
 #[inline(never)]
@@ -257,7 +228,6 @@ fn in_pieces<C: Contender>(
         taken += bytes.len();
         contender.feed(bytes, |message| found(taken, message));
     }
-    contender.finish();
 }
 
 /// Finds BIN frames with a regular expression. Keeps the bytes at the end that may begin a frame.

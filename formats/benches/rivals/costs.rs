@@ -7,11 +7,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::chip::{Program, Run};
-use crate::contender::Entry;
 use crate::figures::{Row, row};
 use crate::protocols::{PROTOCOLS, Protocol};
 use crate::streams::{SEED, Stream};
-use crate::valgrind;
 
 /// The number of bytes in a stream of noise and in a hostile stream.
 const BYTES: usize = 6_000;
@@ -21,48 +19,32 @@ const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
 
-/// A protocol, its streams, and the receivers that process them.
-pub(crate) struct Case {
-    protocol: &'static Protocol,
-    /// The clean stream, the noise, and the hostile streams. Each entry also states how many bytes at the beginning of
-    /// the stream are not counted.
-    pub(crate) streams: Vec<(Vec<u8>, usize)>,
-    pub(crate) contenders: Vec<Entry>,
-}
-
-/// Returns all protocols, with the receivers that run on the chip.
-pub(crate) fn cases() -> Vec<Case> {
-    let case = |protocol: &'static Protocol| {
-        let mut noise = vec![0; BYTES];
-        ChaCha8Rng::seed_from_u64(SEED).fill(&mut noise[..]);
-        let hostile = |period: &&[u8]| {
-            let bytes = period.iter().copied().cycle().take(BYTES);
-            (bytes.collect(), SKIPPED)
-        };
-        let mut streams = vec![(Stream::clean(protocol, FRAMES), 0), (noise, 0)];
-        streams.extend(protocol.hostile.iter().map(hostile));
-        let mut contenders = (protocol.contenders)();
-        contenders.retain(|entry| entry.on_chip.is_some());
-        Case {
-            protocol,
-            streams,
-            contenders,
-        }
+/// Returns a protocol's clean stream, the noise, and the hostile streams. Each entry also states how many bytes at the
+/// beginning of the stream are not counted.
+fn streams(protocol: &Protocol) -> Vec<(Vec<u8>, usize)> {
+    let mut noise = vec![0; BYTES];
+    ChaCha8Rng::seed_from_u64(SEED).fill(&mut noise[..]);
+    let hostile = |period: &&[u8]| {
+        let bytes = period.iter().copied().cycle().take(BYTES);
+        (bytes.collect(), SKIPPED)
     };
-    PROTOCOLS.iter().map(case).collect()
+    let mut streams = vec![(Stream::clean(protocol, FRAMES), 0), (noise, 0)];
+    streams.extend(protocol.hostile.iter().map(hostile));
+    streams
 }
 
 /// Returns the tables of costs and sizes on the chip, and of hostile streams.
 pub(crate) fn on_chip() -> Result<Vec<Row>, Box<dyn Error>> {
     let nothing = Program::build("nothing")?;
     let (mut costs, mut sizes, mut hostile) = (Vec::new(), Vec::new(), Vec::new());
-    for case in &cases() {
-        let Protocol { name, feature, .. } = case.protocol;
-        for contender in &case.contenders {
-            let suffix = contender.on_chip.as_ref().ok_or("not on the chip")?;
+    for protocol in &PROTOCOLS {
+        let Protocol { name, feature, .. } = protocol;
+        let streams = streams(protocol);
+        let contenders = (protocol.contenders)();
+        for (suffix, contender) in contenders.iter().flat_map(|entry| &entry.on_chip) {
             let program = Program::build(&format!("{feature}{suffix}"))?;
             let mut runs = Vec::new();
-            for (stream, skipped) in &case.streams {
+            for (stream, skipped) in &streams {
                 let bytes = (stream.len() - skipped) as f64;
                 runs.push((program.take(stream, *skipped)?, bytes));
             }
@@ -71,7 +53,7 @@ pub(crate) fn on_chip() -> Result<Vec<Row>, Box<dyn Error>> {
                 clean_noise_worst(&each.collect::<Vec<_>>())
             };
             let (instructions, cycles) = (of(|run| run.all.instructions), of(|run| run.all.cycles));
-            let mut row = row!["chip costs", name, contender.name];
+            let mut row = row!["chip costs", name, contender];
             for (instructions, cycles) in instructions.into_iter().zip(cycles) {
                 row.extend(row![format!("{instructions:.1}"), format!("{cycles:.1}")]);
             }
@@ -82,7 +64,7 @@ pub(crate) fn on_chip() -> Result<Vec<Row>, Box<dyn Error>> {
                 continue;
             }
             // Subtract the cycles of empty calls.
-            let (clean, empty) = (&runs[0].0, nothing.take(&case.streams[0].0, 0)?);
+            let (clean, empty) = (&runs[0].0, nothing.take(&streams[0].0, 0)?);
             if clean.frames != u32::from(FRAMES) {
                 return Err(
                     format!("{feature}{suffix}: {} frames of {FRAMES}", clean.frames).into(),
@@ -92,31 +74,16 @@ pub(crate) fn on_chip() -> Result<Vec<Row>, Box<dyn Error>> {
             let cycles = (clean.all.cycles - empty.all.cycles) / u64::from(FRAMES);
             let panics = if program.can_panic { "yes" } else { "no" };
             let sizes_and_cycles = row![code, constants, clean.state, cycles, panics];
-            sizes.push([row!["chip sizes", name, contender.name], sizes_and_cycles].concat());
+            sizes.push([row!["chip sizes", name, contender], sizes_and_cycles].concat());
         }
         let period = |bytes: &&[u8]| {
             let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
             format!("`{}`", bytes.join(" "))
         };
-        let periods: Vec<String> = case.protocol.hostile.iter().map(period).collect();
+        let periods: Vec<String> = protocol.hostile.iter().map(period).collect();
         hostile.push(row!["hostile", name, periods.join(", ")]);
     }
     Ok([costs, sizes, hostile].concat())
-}
-
-/// Returns the table of costs on this machine.
-pub(crate) fn here() -> Result<Vec<Row>, Box<dyn Error>> {
-    let (cases, mut rows) = (cases(), Vec::new());
-    let mut counts = valgrind::count(&cases)?.into_iter();
-    for case in &cases {
-        for contender in &case.contenders {
-            let counts: Vec<f64> = counts.by_ref().take(case.streams.len()).collect();
-            let costs = clean_noise_worst(&counts).map(|cost| format!("{cost:.1}"));
-            let name = row!["PC costs", case.protocol.name, contender.name];
-            rows.push([name, costs.to_vec()].concat());
-        }
-    }
-    Ok(rows)
 }
 
 /// Returns three costs: that of the clean stream, that of the noise, and the highest cost of all streams. The clean

@@ -20,15 +20,10 @@ mod packets;
 mod protocols;
 mod races;
 mod streams;
-mod valgrind;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let command = std::env::args().nth(1).unwrap_or_default();
     let mut rows = match command.as_str() {
-        valgrind::ARGUMENT => {
-            valgrind::take_all(&costs::cases());
-            return Ok(());
-        }
         "check" => {
             let found = races::all().into_iter().flat_map(|race| race.found());
             let found = found.chain(packets::joined());
@@ -41,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let rows = races.iter().flat_map(|race| [race.found(), race.speeds()]);
             rows.flatten().chain(packets::joined()).collect()
         }
-        "costs" => [costs::on_chip()?, costs::here()?].concat(),
+        "costs" => costs::on_chip()?,
         _ => return Err("commands: races, costs, check".into()),
     };
     rows.extend([figures::run_of(&command)?, figures::versions()?]);

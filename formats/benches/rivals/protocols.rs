@@ -12,7 +12,7 @@ use framelock_rivals_adapters::{self as adapters, UBX_LONGEST};
 use ublox::UbxPacket;
 use ublox::proto23::PacketRef;
 
-use crate::contender::{Alone, Combinator, Entry, RegularExpression, buffered, fixed};
+use crate::contender::{Combinator, Entry, Framelock, RegularExpression, buffered, fixed};
 use crate::streams::Payload;
 
 /// A protocol's frames.
@@ -20,8 +20,6 @@ pub(crate) struct Protocol {
     pub(crate) name: &'static str,
     /// The feature of `on-chip` that selects framelock's receiver.
     pub(crate) feature: &'static str,
-    /// The longest frame that is sent.
-    pub(crate) longest: usize,
     /// The index of the length byte, or of the second byte if the protocol has no length byte.
     pub(crate) length_at: usize,
     /// The bytes that occur in the payloads of the sync-dense stream: bytes that begin frames, and short lengths.
@@ -43,7 +41,6 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
     Protocol {
         name: "SBUS",
         feature: "sbus",
-        longest: 25,
         length_at: 1,
         sync_dense: &[0x0F, 0, 0x0F, 0],
         hostile: &[b"\x0F", b"\x0F\x55"],
@@ -51,8 +48,8 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
         frame: |payload| [&[0x0F][..], &payload.bytes(22), &[0, 0]].concat(),
         key: |frame| little_endian(sbus_channels(&frame[1..23])),
         contenders: || {
-            let mut entries = buffered::<50, _>(Sbus, |message| little_endian(message.channels));
-            entries.extend([
+            vec![
+                buffered::<50, _>(Sbus, |message| little_endian(message.channels)),
                 Entry::rival::<adapters::UfSbus>("uf-sbus", |packet| {
                     little_endian(packet.channels)
                 }),
@@ -62,54 +59,48 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
                 Entry::rival::<adapters::Sbus>("sbus", |packet| {
                     little_endian(private_channels(&packet))
                 }),
-            ]);
-            entries
+            ]
         },
     },
     Protocol {
         name: "iBUS",
         feature: "ibus",
-        longest: 32,
         length_at: 1,
         sync_dense: &[0x20, 0x40],
         hostile: &[b"\x20\x40", b"\x20", b"\x20\x20\x40"],
         frame: ibus_frame,
         key: |frame| frame[2..30].to_vec(),
         contenders: || {
-            let mut entries = buffered::<64, _>(Ibus, |channels| {
-                let frame = Ibus.encode_into(channels, &mut [0; 32]).map(<[u8]>::to_vec);
-                frame.expect("it fits")[2..30].to_vec()
-            });
-            entries.push(Entry::rival::<adapters::Textbook>(
-                "parse_rc_ibus",
-                |packet| little_endian(packet.get_all_channels()),
-            ));
-            entries
+            vec![
+                buffered::<64, _>(Ibus, |channels| {
+                    let frame = Ibus.encode_into(channels, &mut [0; 32]).map(<[u8]>::to_vec);
+                    frame.expect("it fits")[2..30].to_vec()
+                }),
+                Entry::rival::<adapters::Textbook>("parse_rc_ibus", |packet| {
+                    little_endian(packet.get_all_channels())
+                }),
+            ]
         },
     },
     Protocol {
         name: "CRSF",
         feature: "crsf",
-        longest: 64,
         length_at: 1,
         sync_dense: &[0xC8, 0xC8, 24, 12, 0x16, 62],
         hostile: &[b"\xC8\x3C", b"\xC8\x3E", b"\xC8\x3E\xC8", b"\xC8"],
         frame: crsf_frame,
         key: crsf_inside,
         contenders: || {
-            let mut entries =
-                buffered::<128, _>(Crsf, |message| [&[message.kind], message.payload].concat());
-            entries.extend([
+            vec![
+                buffered::<128, _>(Crsf, |message| [&[message.kind], message.payload].concat()),
                 Entry::rival::<adapters::UfCrsf>("uf-crsf", |raw| crsf_inside(raw.as_slice())),
                 Entry::rival::<adapters::Crsf>("crsf", |raw| crsf_inside(raw.data())),
-            ]);
-            entries
+            ]
         },
     },
     Protocol {
         name: "UBX",
         feature: "ubx",
-        longest: UBX_LONGEST,
         length_at: 4,
         sync_dense: &[0xB5, 0x62, 0xB5, 0x62, 1, 7, 28, 0, 0],
         hostile: &[
@@ -121,25 +112,22 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
         frame: ubx_frame,
         key: |frame| [&frame[2..4], &frame[6..frame.len() - 2]].concat(),
         contenders: || {
-            let mut entries = buffered::<{ 2 * UBX_LONGEST }, _>(Ubx::<UBX_LONGEST>, |message| {
-                [&[message.class, message.id], message.payload].concat()
-            });
-            entries.push(Entry::rival::<adapters::Ublox>(
-                "ublox",
-                |packet| match packet {
+            vec![
+                buffered::<{ 2 * UBX_LONGEST }, _>(Ubx::<UBX_LONGEST>, |message| {
+                    [&[message.class, message.id], message.payload].concat()
+                }),
+                Entry::rival::<adapters::Ublox>("ublox", |packet| match packet {
                     UbxPacket::Proto23(PacketRef::Unknown(packet)) => {
                         [&[packet.class, packet.msg_id], packet.payload].concat()
                     }
                     UbxPacket::Proto23(_) => Vec::new(),
-                },
-            ));
-            entries
+                }),
+            ]
         },
     },
     Protocol {
         name: "MAVLink 2",
         feature: "mavlink2",
-        longest: 280,
         length_at: 1,
         sync_dense: &[0xFD, 0xFD, 28, 0, 0, 1, 30],
         hostile: &[
@@ -153,53 +141,44 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
         frame: mavlink2_frame,
         key: |frame| frame[10..frame.len() - 2].to_vec(),
         contenders: || {
-            let mut entries =
-                buffered::<560, _>(Mavlink2(MESSAGES), |message| message.payload.to_vec());
-            let rival = Entry::rival::<MavlinkCore<64>>("mavlink-core", |message| {
-                message.payload().to_vec()
-            });
-            entries.push(rival);
-            entries
+            vec![
+                buffered::<560, _>(Mavlink2(MESSAGES), |message| message.payload.to_vec()),
+                Entry::rival::<MavlinkCore<64>>("mavlink-core", |message| {
+                    message.payload().to_vec()
+                }),
+            ]
         },
     },
     Protocol {
         name: "six axes",
         feature: "six-axes",
-        longest: 16,
         length_at: 1,
         sync_dense: &[0xFF, b'\n', b'\r'],
         hostile: &[b"\xFF", b"\xFF\xFF0123456789AB\n\n", b"\xFF\xFF\n\r"],
         frame: |payload| [b"\xFF\xFF", &payload.bytes(12)[..], b"\n\r"].concat(),
         key: |frame| frame[2..14].to_vec(),
-        contenders: || fixed::<SixAxes>(&[motion::SIX_AXES], little_endian),
+        contenders: || vec![fixed::<SixAxes>(&[motion::SIX_AXES], little_endian)],
     },
     Protocol {
         name: "BIN",
         feature: "bin",
-        longest: 7,
         length_at: 1,
         sync_dense: b"AB\r",
         hostile: &[b"A", b"AB", b"AB01234"],
         frame: |payload| [b"AB\0", &payload.bytes(3)[..], b"\r"].concat(),
         key: |frame| frame[3..6].to_vec(),
         contenders: || {
-            let mut entries = fixed::<Bin>(&[motion::BIN], setpoint);
-            entries.extend([
-                Entry::on_pc(
-                    "the lecture's machine",
-                    || Alone(Lecture::default()),
-                    setpoint,
-                ),
-                Entry::on_pc("regex", RegularExpression::default, <[u8]>::to_vec),
-                Entry::on_pc("winnow", Combinator::default, <[u8]>::to_vec),
-            ]);
-            entries
+            vec![
+                fixed::<Bin>(&[motion::BIN], setpoint),
+                Entry::on_pc::<Framelock<Lecture>>("the lecture's machine", setpoint),
+                Entry::on_pc::<RegularExpression>("regex", <[u8]>::to_vec),
+                Entry::on_pc::<Combinator>("winnow", <[u8]>::to_vec),
+            ]
         },
     },
     Protocol {
         name: "BIN-CRC8",
         feature: "bin-crc8",
-        longest: 8,
         length_at: 1,
         sync_dense: b"AB\r",
         // In the last stream, every fourth byte ends a frame in which only the checksum is wrong.
@@ -209,7 +188,7 @@ pub(crate) const PROTOCOLS: [Protocol; 10] = [
             BinCrc8::encode(setpoint.into()).to_vec()
         },
         key: |frame| frame[3..6].to_vec(),
-        contenders: || fixed::<BinCrc8>(&[motion::BIN_CRC8], setpoint),
+        contenders: || vec![fixed::<BinCrc8>(&[motion::BIN_CRC8], setpoint)],
     },
 ];
 

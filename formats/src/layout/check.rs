@@ -276,7 +276,7 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     let Length::Field(field) = &layout.length else {
         return layout.longest;
     };
-    let number = field.mask & all_bits(&field.number);
+    let number = field.value(all_bits(&field.number));
     let counted = (number as u64).wrapping_mul(field.factor as u64);
     let most = counted.saturating_add_signed(field.plus as i64);
     if most < layout.longest as u64 {

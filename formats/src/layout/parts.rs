@@ -64,8 +64,8 @@ pub enum Length {
     Silence,
 }
 
-/// A number in the header that determines the length of the frame: `(number & mask) * factor + plus` bytes, without
-/// the trailer.
+/// A number in the header that determines the length of the frame: `value * factor + plus` bytes, without the trailer.
+/// The value consists of the bits of the mask, shifted down to the lowest bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LengthField {
     /// The number in the header.
@@ -96,6 +96,13 @@ impl LengthField {
     #[must_use]
     pub const fn byte(at: usize) -> Self {
         Self::new(Number::byte(at))
+    }
+
+    /// Returns the value of the length field in a number from a header.
+    #[inline(always)]
+    #[must_use]
+    pub const fn value(&self, number: u32) -> u32 {
+        (number & self.mask).wrapping_shr(self.mask.trailing_zeros())
     }
 }
 
@@ -167,7 +174,7 @@ pub struct Messages<'a> {
 pub struct KnownMessage {
     /// The message's number.
     pub number: u32,
-    /// The greatest allowed value of the length field, after the field's mask has been applied. In MAVLink this is the
+    /// The greatest allowed value of the length field. In MAVLink this is the
     /// length of the longest payload.
     pub longest_payload: u16,
     /// A byte that the checksum covers after the frame's bytes, although it is not sent: MAVLink's `CRC_EXTRA`.

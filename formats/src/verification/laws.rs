@@ -279,7 +279,7 @@ macro_rules! delimiters {
     )*};
 }
 delimiters!(keeps_the_laws:
-    delimiters_of_one_byte 1 1 2 delimiters_of_two_bytes 1 2 1 delimiters_without_a_sync 0 2 1);
+    delimiters_of_one_byte 1 1 2 delimiters_without_a_sync 0 2 1);
 delimiters!(what_was_seen_changes_nothing:
     seen_without_delimiters_of_one_byte 1 1 2 seen_without_delimiters_of_two_bytes 1 2 1);
 

@@ -136,7 +136,7 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
     (field(LengthField::new(Number::new(2, 0, ByteOrder::Big))), Part::Length, "length: the length field must have 1 to 4", field(LengthField::new(Number::new(2, 1, ByteOrder::Big)))),
     (field(LengthField::new(Number::new(2, 5, ByteOrder::Big))), Part::Length, "length: the length field must have 1 to 4", field(LengthField::new(Number::new(2, 4, ByteOrder::Big)))),
     (field(LengthField { factor: 0, ..LengthField::byte(2) }), Part::Length, "length: with this mask or factor", field(LengthField { factor: 3, ..LengthField::byte(2) })),
-    (field(LengthField { mask: 0x100, ..LengthField::byte(2) }), Part::Length, "length: with this mask or factor", field(LengthField { mask: 0x1F0, ..LengthField::byte(2) })),
+    (field(LengthField { mask: 0x100, ..LengthField::byte(2) }), Part::Length, "length: with this mask or factor", field(LengthField { mask: 0x11F, ..LengthField::byte(2) })),
     (Layout { longest: 3, ..COUNTED }, Part::Longest, "longest: it is less than shortest", Layout { longest: 4, ..COUNTED }),
     (Layout { shortest: 40, ..COUNTED }, Part::Longest, "longest: it is less than shortest", Layout { shortest: 20, ..COUNTED }),
     (Layout { longest: 1, ..FIXED }, Part::Longest, "longest: the header and the terminator do not fit", Layout { longest: 2, ..FIXED }),
@@ -207,11 +207,11 @@ const CONTRADICTIONS: &[(Layout, Part, &str, Layout)] = &[
 #[rustfmt::skip]
 const WITHOUT_FRAMES: &[(Layout, DiscardReason, Layout)] = &[
     (Layout { shortest: 9, longest: 15, ..field(LengthField { factor: 8, ..LengthField::byte(2) }) }, DiscardReason::BadHeader, Layout { shortest: 9, longest: 16, ..field(LengthField { factor: 8, ..LengthField::byte(2) }) }),
-    (Layout { shortest: 5, longest: 15, ..field(LengthField { mask: 0xF0, ..LengthField::byte(2) }) }, DiscardReason::BadHeader, Layout { shortest: 5, longest: 15, ..field(LengthField { mask: 0xF8, ..LengthField::byte(2) }) }),
+    (Layout { shortest: 5, longest: 15, ..field(LengthField { mask: 0xF0, factor: 16, ..LengthField::byte(2) }) }, DiscardReason::BadHeader, Layout { shortest: 5, longest: 15, ..field(LengthField { mask: 0xF0, ..LengthField::byte(2) }) }),
     (Layout { fixed: &[bits(2, 0xF0, 0x20)], ..COUNTED }, DiscardReason::TooLong, Layout { fixed: &[bits(2, 0xF0, 0x10)], ..COUNTED }),
     (Layout { fixed: &[bits(2, 5, 5)], shortest: 8, longest: 8, ..COUNTED }, DiscardReason::TooLong, Layout { fixed: &[bits(2, 5, 5)], shortest: 8, longest: 9, ..COUNTED }),
     (Layout { sync: Patterns::one(b"ABC"), ..COUNTED }, DiscardReason::BrokenSync, Layout { sync: Patterns::any_of(b"ABCAB\x09", 3), ..COUNTED }),
-    (Layout { shortest: 5, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0xF0, ..LengthField::byte(3) }) }, DiscardReason::UnknownMessage, Layout { shortest: 5, longest: 15, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0x0F, ..LengthField::byte(3) }) }),
+    (Layout { shortest: 5, longest: 15, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0xF0, ..LengthField::byte(3) }) }, DiscardReason::UnknownMessage, Layout { shortest: 5, longest: 15, messages: Some(messages(Number::byte(3), &KNOWN)), ..field(LengthField { mask: 0x0F, ..LengthField::byte(3) }) }),
     (known(&[KnownMessage { longest_payload: 0, ..KnownMessage::new(7) }]), DiscardReason::TooLong, known(&[KnownMessage { longest_payload: 1, ..KnownMessage::new(7) }])),
     (known(&[]), DiscardReason::UnknownMessage, known(&[KNOWN[0]])),
     (known(&[KNOWN[2]]), DiscardReason::UnknownMessage, known(&[KNOWN[1]])),

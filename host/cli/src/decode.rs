@@ -1,10 +1,13 @@
 //! Decodes frames from a file, standard input or a serial port.
 
+mod hint;
+mod recording;
 mod summary;
 
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -14,18 +17,21 @@ use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
 use crate::frame_writer::{FrameWriter, Place};
-use crate::input::{CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::options::{ProtocolParser, check_has_no_breaks, whole};
-use crate::output::{Output, exit_code, note, on_interrupt};
+use crate::input::{Arrival, Arrivals, CHUNK_LENGTH, Input, InputNotation};
+use crate::options::{check_has_no_breaks, protocol, whole};
+use crate::output::{Output, exit_code, lock, note, on_interrupt};
 use crate::serial::PortOptions;
+use hint::Stream;
+use recording::Recording;
 use summary::Summary;
 
-/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
+/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived, and again
+/// whenever the number of bytes has doubled.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
 /// The number of bytes of the stream's beginning from which a hint is made.
-const BEGINNING: usize = 1024;
+const BEGINNING: usize = 4096;
 
 /// Decode frames from a file, standard input or a serial port
 #[derive(clap::Args)]
@@ -34,43 +40,53 @@ pub(crate) struct Arguments {
     /// Read a file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     source: PathBuf,
-    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
-    /// discards it; bin only)
+    /// Receive with framelock (searches broken frames again) or lecture (the lecture's machine, which
+    /// discards them; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
     /// Receive these frames: a name, or a description file [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     /// Write the description of the frames, and decode nothing
     #[arg(long)]
     describe: bool,
-    /// Read bytes, or hex such as 41 42 00 or 0x41,0x42
-    #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
-    input: Spelling,
-    /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none
-    #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
-    format: OutputFormat,
-    /// Write only frames of these kinds, and only their columns. The column kind shows the names.
-    /// Separate several names by commas
+    /// Read bytes, hex, csv or tlog: see below
+    #[arg(long, value_name = "NOTATION", value_enum, hide_possible_values = true)]
+    input: Option<InputNotation>,
+    /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none [default: as --output
+    /// ends (.csv, .txt), or jsonl]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    format: Option<OutputFormat>,
+    /// Write only frames of these kinds (see the column kind, separate several names by commas), and
+    /// only their columns
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
-    /// Write the time of each frame, in seconds since the start of the program
+    /// Write the time of each frame, in seconds since the program's start
     #[arg(long)]
     timestamps: bool,
+    /// Write units into the header of csv, such as altitude (m)
+    #[arg(long)]
+    units: bool,
     /// Write frames to FILE, replacing it, instead of standard output
-    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    #[arg(
+        long,
+        short,
+        value_name = "FILE",
+        default_value = "-",
+        hide_default_value = true
+    )]
     output: PathBuf,
-    /// Also record the bytes in FILE, which must not exist
+    /// Also record the bytes in a new FILE, with times if it ends in .hex
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// At the end, or at Ctrl-C, write a JSON object that accounts for every byte: to standard error,
-    /// or to FILE (- is standard output)
+    /// At the end, or at Ctrl-C, account for all bytes and count the frames of each kind: to standard
+    /// error, or to FILE (- is standard output)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     summary: Option<String>,
     #[command(flatten)]
     port: PortOptions,
     /// After a pause of this length, give up the incomplete frame, and write the whole frames among its
-    /// bytes. Off by default, because USB adapters send in bursts, so a frame may contain pauses
+    /// bytes. Off by default, because USB adapters make pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole(text, 1, 1_000_000).map(Duration::from_millis))]
     idle_gap: Option<Duration>,
 }
@@ -89,6 +105,15 @@ enum OutputFormat {
 }
 
 impl OutputFormat {
+    /// Returns the format of a file with this name.
+    fn of(path: &Path) -> Self {
+        match path.extension().and_then(OsStr::to_str) {
+            Some("csv") => Self::Csv,
+            Some("txt") => Self::Text,
+            _ => Self::Jsonl,
+        }
+    }
+
     /// Appends a frame to the rows.
     fn append(self, rows: &mut Vec<u8>, place: &Place, frame: &FrameWriter, bytes: &[u8]) {
         match self {
@@ -101,17 +126,18 @@ impl OutputFormat {
     }
 }
 
-/// The input of a decoder's step: bytes, a pause, or the end of the input.
+/// The input of a decoder's step: bytes, a line event, or the end of the input.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
-    Silence,
+    Event(LineEvent),
     End,
 }
 
 /// Receives frames and writes them.
 struct Decoder {
     options: Arguments,
+    format: OutputFormat,
     line: AnyLine,
     summary: Summary,
     frame: FrameWriter,
@@ -125,90 +151,116 @@ struct Decoder {
     /// The first bytes of the stream, from which a hint is made.
     beginning: Vec<u8>,
     is_hinted: bool,
+    /// The number of bytes at which a live stream is next checked for a hint.
+    next_look: u64,
     /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
-    /// The time of the last arrival. `None` if the pause after this arrival has already been reported to the receiver.
-    heard: Option<Instant>,
+    /// The time of the last byte, in microseconds.
+    time: i64,
+    /// Whether a pause after the last byte has not been reported to the receiver yet.
+    is_hearing: bool,
     /// The file in which the bytes are recorded.
-    recording: Option<Output>,
+    recording: Option<Recording>,
     /// The output for the summary; `None` if no summary is wanted, or the summary has been written.
     summary_output: Option<Output>,
 }
 
 impl Decoder {
     /// Creates the decoder, and the files that it writes.
-    fn new(options: Arguments, is_live: bool) -> Result<Self> {
+    fn new(mut options: Arguments, input: &Arrivals) -> Result<Self> {
+        options.timestamps |= input.has_times;
         let protocol = &options.frame;
-        let mut frame = FrameWriter::new(protocol.clone());
-        if !options.only.is_empty() {
-            frame.only(&options.only)?;
-        }
+        let format = options.format;
+        let format = format.unwrap_or_else(|| OutputFormat::of(&options.output));
         Ok(Self {
             line: AnyLine::new(protocol, options.policy)?,
             summary: Summary::new(protocol),
-            frame,
+            frame: FrameWriter::new(protocol.clone(), &options.only)?,
             output: options.output()?,
             rows: Vec::new(),
             decided: 0,
             wanted: 0,
             beginning: Vec::new(),
             // A user who only records may not know yet which frames the line has.
-            is_hinted: options.record.is_some() && options.format == OutputFormat::None,
-            is_live,
+            is_hinted: options.record.is_some() && format == OutputFormat::None,
+            format,
+            next_look: ENOUGH,
+            is_live: !input.is_file,
             start: Instant::now(),
-            heard: None,
-            recording: options
-                .record
-                .as_deref()
-                .map(Output::create_new)
-                .transpose()?,
+            time: 0,
+            is_hearing: false,
+            recording: options.record.as_deref().map(Recording::new).transpose()?,
             summary_output: options.summary_output()?,
             options,
         })
     }
 
-    fn arrive(&mut self, bytes: &[u8]) -> Result<()> {
-        self.idle()?;
-        self.heard = self.options.idle_gap.map(|_| Instant::now());
+    /// Takes an arrival. If the input has no times, the arrival has the current time.
+    fn arrive(&mut self, arrival: &Arrival) -> Result<()> {
+        let time = arrival.time.unwrap_or_else(|| self.elapsed());
+        self.idle(time)?;
         if let Some(recording) = &mut self.recording {
-            recording.write_all(bytes)?;
+            recording.write(time, arrival)?;
+        }
+        let Arrival { bytes, event, .. } = arrival;
+        if !bytes.is_empty() {
+            (self.time, self.is_hearing) = (time, true);
         }
         self.take(Step::Bytes(bytes))?;
+        if let Some(event) = *event {
+            self.is_hearing = false;
+            self.summary.count_event(event);
+            self.take(Step::Event(event))?;
+        }
         let missing = BEGINNING - self.beginning.len();
         self.beginning.extend(&bytes[..bytes.len().min(missing)]);
-        if self.is_live && self.summary.bytes >= ENOUGH && self.start.elapsed() > LONG_ENOUGH {
+        let is_enough = self.summary.bytes >= self.next_look;
+        if self.is_live && is_enough && self.start.elapsed() > LONG_ENOUGH {
+            self.next_look = 2 * self.summary.bytes;
             self.print_hint();
         }
         Ok(())
     }
 
-    /// Reports a pause to the receiver if the pause has lasted for `idle_gap`. Returns the time until the next check.
-    fn idle(&mut self) -> Result<Duration> {
+    /// Returns the time since the start of the program, in microseconds.
+    fn elapsed(&self) -> i64 {
+        i64::try_from(self.start.elapsed().as_micros()).unwrap_or(i64::MAX)
+    }
+
+    /// Reports a pause to the receiver if no byte arrived for `idle_gap` before this time. Returns the time until the
+    /// next check. There is no pause if the time runs backwards.
+    fn idle(&mut self, now: i64) -> Result<Duration> {
         let gap = self.options.idle_gap.unwrap_or(Duration::MAX);
-        match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
-            Some(Duration::ZERO) => {
-                self.heard = None;
-                self.take(Step::Silence)?;
-                Ok(gap)
-            }
-            Some(left) => Ok(left),
-            None => Ok(gap),
+        if !self.is_hearing {
+            return Ok(gap);
         }
+        let waited = u64::try_from(now.saturating_sub(self.time)).unwrap_or(0);
+        let left = gap.saturating_sub(Duration::from_micros(waited));
+        if left.is_zero() {
+            self.is_hearing = false;
+            self.take(Step::Event(LineEvent::Idle))?;
+            return Ok(gap);
+        }
+        Ok(left)
     }
 
     /// Performs a step, and writes the frames that the step completes.
     fn take(&mut self, step: Step) -> Result<()> {
-        let format = self.options.format;
+        let format = self.format;
         let is_partial = !self.options.only.is_empty();
-        let time = self.options.timestamps.then(|| self.start.elapsed());
+        let time = self.options.timestamps.then_some(self.time);
+        let has_kinds = self.options.frame.description.has_kinds();
+        let counts_kinds = has_kinds && self.summary_output.is_some();
         let mut outcome = Ok(());
         let on_outcome = |found: Found<&[u8]>| {
             self.decided += found.bytes();
-            let bytes = match found {
-                Found::Frame { message, .. } => message,
-                Found::Discarded { .. } => return,
+            let Some(bytes) = found.message() else {
+                return;
             };
+            if counts_kinds {
+                self.summary.count_frame(self.frame.kind_name(bytes));
+            }
             if is_partial && !self.frame.is_wanted(bytes) {
                 return;
             }
@@ -223,11 +275,12 @@ impl Decoder {
         };
         match step {
             // Skip the outcomes, because this format writes no frames.
-            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial => {
+            Step::Bytes(bytes) if format == OutputFormat::None && !is_partial && !counts_kinds => {
                 self.line.feed(bytes, |_| ());
             }
             Step::Bytes(bytes) => self.line.feed(bytes, on_outcome),
-            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
+            Step::Event(event) => self.line.line_event(event, on_outcome),
+            Step::End => self.line.line_event(LineEvent::Idle, on_outcome),
         }
         self.summary.update(&self.line, matches!(step, Step::End));
         outcome?;
@@ -243,51 +296,41 @@ impl Decoder {
 
     /// Writes the header above the first frame, if the output format has a header.
     fn begin(&mut self) -> Result<()> {
-        if self.options.format == OutputFormat::Csv {
-            let has_time = self.options.timestamps;
-            self.frame.append_csv_header(&mut self.rows, has_time);
+        if self.format == OutputFormat::Csv {
+            let (options, rows) = (&self.options, &mut self.rows);
+            self.frame
+                .append_csv_header(rows, options.timestamps, options.units);
         }
         self.write()
     }
 
-    /// Prints a hint if no frame has arrived or most bytes were discarded. Prints at most one hint for a stream.
+    /// Prints a hint if the stream needs one. Prints at most one hint for a stream.
     fn print_hint(&mut self) {
-        let Summary {
-            bytes,
-            frames,
-            discarded,
-            ..
-        } = self.summary;
-        let is_good = bytes == 0 || frames > 0 && discarded <= bytes / 2;
-        if is_good || std::mem::replace(&mut self.is_hinted, true) {
+        let stream = Stream {
+            protocol: &self.options.frame,
+            beginning: &self.beginning,
+            summary: &self.summary,
+            has_pauses: self.options.idle_gap.is_some(),
+        };
+        if self.is_hinted {
             return;
         }
-        let protocol = &self.options.frame;
-        let needs_pauses = protocol.description.ending_event().is_some();
-        let cause = if needs_pauses && self.options.idle_gap.is_none() {
-            "silence ends these frames: read a serial port or a live stream, with --idle-gap"
-        } else if is_decimal_text(&self.beginning) {
-            "the input looks like decimal text, such as AB128127128: have the sender write each value as a byte"
-        } else {
-            "check --frame, --input, the baud rate and parity, and whether the line is inverted"
-        };
-        note(&format!(
-            "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
-        ));
+        if let Some(hint) = stream.hint() {
+            self.is_hinted = true;
+            note(&hint);
+        }
     }
 
     /// Writes the hint and the summary, and skips each of the two if it is not needed or was written before.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
-        if self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
-            let (frames, protocol) = (self.summary.frames, &self.options.frame);
-            if frames > 0 {
-                let only = self.options.only.join(" or ");
-                note(&format!(
-                    "frames of {protocol}: {frames}, but none of them is {only}"
-                ));
-            }
+        let (frames, protocol) = (self.summary.frames, &self.options.frame);
+        if frames > 0 && self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
+            let only = self.options.only.join(" or ");
+            note(&format!(
+                "frames of {protocol}: {frames}, but none of them is {only}"
+            ));
         }
         if let Some(mut output) = self.summary_output.take() {
             writeln!(output, "{}", serde_json::to_string(&self.summary)?)?;
@@ -302,11 +345,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         let text = arguments.frame.text.as_bytes();
         return Ok(arguments.output()?.write_all(text)?);
     }
-    check_has_no_breaks(&arguments.frame)?;
-    let input = Input::open(&arguments.source, &arguments.port)?.spelled(arguments.input);
-    arguments.check_times(&input)?;
-    let (has_summary, has_gap) = (arguments.summary.is_some(), arguments.idle_gap.is_some());
-    let decoder = Arc::new(Mutex::new(Decoder::new(arguments, !input.is_file)?));
+    let input = Input::open(&arguments.source, &arguments.port)?;
+    let arrivals = Arrivals::new(input, arguments.input)?;
+    if arrivals.notation == InputNotation::Bytes {
+        check_has_no_breaks(&arguments.frame)?;
+    }
+    arguments.check_times(&arrivals)?;
+    let has_summary = arguments.summary.is_some();
+    let has_gap = arguments.idle_gap.is_some() && !arrivals.has_times;
+    let decoder = Arc::new(Mutex::new(Decoder::new(arguments, &arrivals)?));
     if has_summary {
         let decoder = Arc::clone(&decoder);
         on_interrupt(move || std::process::exit(exit_code(lock(&decoder).summarise()).into()))?;
@@ -316,7 +363,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         // This thread ends with the process.
         thread::spawn(move || {
             loop {
-                let waiting = lock(&decoder).idle();
+                let mut decoder = lock(&decoder);
+                let now = decoder.elapsed();
+                let waiting = decoder.idle(now);
+                drop(decoder);
                 match waiting {
                     Ok(time) => thread::sleep(time),
                     Err(error) => std::process::exit(exit_code(Err(error)).into()),
@@ -325,7 +375,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         });
     }
     lock(&decoder).begin()?;
-    for_each_arrival(input, |bytes| lock(&decoder).arrive(bytes))?;
+    // The recording of a live input ends with the time of its end.
+    let end = (!arrivals.has_times).then(|| Ok(Arrival::default()));
+    for arrival in arrivals.chain(end) {
+        lock(&decoder).arrive(&arrival?)?;
+    }
     let mut decoder = lock(&decoder);
     decoder.take(Step::End)?;
     decoder.summarise()
@@ -333,11 +387,14 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
 
 impl Arguments {
     /// Checks that no option that needs the times of the bytes is given for a file.
-    fn check_times(&self, input: &Input) -> Result<()> {
+    fn check_times(&self, input: &Arrivals) -> Result<()> {
         let option = match self {
-            _ if !input.is_file => return Ok(()),
+            _ if !input.is_file || input.has_times => return Ok(()),
             Self { timestamps, .. } if *timestamps => "--timestamps",
             Self { idle_gap, .. } if idle_gap.is_some() => "--idle-gap",
+            Self { record, .. } if record.as_deref().is_some_and(Recording::has_times) => {
+                "--record"
+            }
             _ => return Ok(()),
         };
         bail!(
@@ -354,22 +411,10 @@ impl Arguments {
 
     /// Opens the output for the summary, if a summary is wanted.
     fn summary_output(&self) -> Result<Option<Output>> {
-        let path = self.summary.as_deref();
-        path.map(|path| match path {
+        let open = |path| match path {
             "" => Ok(Output::new("standard error", io::stderr())),
             path => Output::create(Path::new(path)),
-        })
-        .transpose()
+        };
+        self.summary.as_deref().map(open).transpose()
     }
-}
-
-fn is_decimal_text(bytes: &[u8]) -> bool {
-    let is_text = |byte: &u8| matches!(byte, b'!'..=b'~' | b'\r' | b'\n');
-    let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
-    bytes.iter().all(is_text) && 10 * digits > 3 * bytes.len()
-}
-
-/// Locks the decoder, even after a panic of another thread, since the decoder's state is always valid.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

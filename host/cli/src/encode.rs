@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use framelock_receiving::Protocol;
 
 use crate::input::Input;
-use crate::options::ProtocolParser;
+use crate::options::protocol;
 use crate::output::{Output, note};
 use crate::rows::rows;
 use crate::serial::PortOptions;
@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
     /// Make these frames: a name, or a description file [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     /// Write frames to FILE instead of standard output; - is standard output even if it is a terminal.
     /// FILE is replaced only if all rows are valid

@@ -1,10 +1,10 @@
 //! Writes frames for people and programs: as JSON, comma-separated values, or columns of text. Each value is appended
 //! to a row, digit by digit.
 
+use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
-use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use framelock_description::{Column, Field, KIND, Kind, UnknownName, Value};
 use framelock_receiving::Protocol;
 
@@ -12,51 +12,46 @@ use framelock_receiving::Protocol;
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) offset: usize,
-    pub(crate) time: Option<Duration>,
+    /// In microseconds.
+    pub(crate) time: Option<i64>,
 }
 
 /// The parts of the output that do not change between the frames of a kind or of a view.
 #[derive(Clone)]
 struct KindRow {
     kind: Kind,
-    is_wanted: bool,
-    /// The cells of a row: for each cell, the index of its field and the number of columns that the cell fills. The
-    /// index is `None` for columns of fields that this kind lacks.
-    cells: Vec<(Option<usize>, usize)>,
+    /// The groups of columns that are written together: the index of a field, the number of its first value in them, and
+    /// the number of columns. There is no field for columns that this kind lacks.
+    cells: Vec<(Option<usize>, usize, usize)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
 }
 
 impl KindRow {
-    fn new(kind: &Kind, columns: &[Column], is_wanted: bool) -> Self {
-        let arrays = columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array);
-        let arrays = arrays.filter(|columns| columns[0].name != KIND);
-        let cells = arrays.map(|columns| {
-            let name = field_name(&columns[0]);
-            let has_name = |field: &Field| field.name == *name && field.constant.is_none();
-            (kind.fields.iter().position(has_name), columns.len())
-        });
-        // Merge consecutive empty cells, so that they are written together.
-        let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
-        for cell in cells {
-            match (merged.last_mut(), cell) {
-                (Some((None, before)), (None, columns)) => *before += columns,
-                _ => merged.push(cell),
-            }
+    fn new(kind: &Kind, columns: &[Column]) -> Self {
+        let mut places = HashMap::new();
+        for (index, field) in kind.fields.iter().enumerate() {
+            let values = (0..field.values()).filter(|_| field.constant.is_none());
+            places.extend(values.map(|number| (field.column(number), (index, number))));
         }
+        let columns = columns.iter().filter(|column| column.name != KIND);
+        let found = columns.map(|column| places.get(&column.name).copied());
+        let found: Vec<Option<(usize, usize)>> = found.collect();
+        // Absent columns follow each other too.
+        let follows = |one: &Option<(usize, usize)>, next: &Option<(usize, usize)>| {
+            one.map(|(index, number)| (index, number + 1)) == *next
+        };
+        let cells = found.chunk_by(follows).map(|group| {
+            let (index, first) = group[0].unzip();
+            (index, first.unwrap_or(0), group.len())
+        });
         let names = kind.varying_fields().map(|field| &field.name);
         Self {
             kind: kind.clone(),
-            is_wanted,
-            cells: merged,
+            cells: cells.collect(),
             json_names: names.map(|name| format!(",\"{name}\":")).collect(),
         }
     }
-}
-
-/// Returns the name of the field whose value is in a column.
-fn field_name(column: &Column) -> &String {
-    column.array.as_ref().unwrap_or(&column.name)
 }
 
 /// Writes the frames of a protocol.
@@ -68,85 +63,73 @@ pub(crate) struct FrameWriter {
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
     has_kinds: bool,
-    /// The names of the selected messages, if not all are selected.
+    /// The names of the kinds and messages that are written, if not all are.
     only: Vec<String>,
 }
 
 impl FrameWriter {
-    /// Creates a writer of all kinds.
-    pub(crate) fn new(protocol: Protocol) -> Self {
-        let mut new = Self {
-            kind_rows: Vec::new(),
-            columns: protocol.description.columns.clone(),
-            has_kinds: protocol.description.has_kinds(),
-            only: Vec::new(),
-            protocol,
-        };
-        new.write_only(|_| true);
-        new
-    }
-
-    /// Limits the output to the kinds of frames and the messages with these names. Only the columns of these kinds and
-    /// messages remain.
-    pub(crate) fn only(&mut self, names: &[String]) -> Result<()> {
-        let description = &self.protocol.description;
-        for name in names {
-            let is_equal = |own: &str| own.eq_ignore_ascii_case(name);
-            if !description
-                .kinds_and_views()
-                .any(|kind| kind.has_name(is_equal))
-            {
-                bail!(
-                    "--only {name}: {}",
-                    UnknownName::new(name, description.kind_names())
-                );
-            }
+    /// Creates a writer of the kinds of frames and the messages with these names, or of all kinds if there are no names.
+    /// Only the columns of these kinds and messages are written.
+    pub(crate) fn new(protocol: Protocol, only: &[String]) -> Result<Self> {
+        let description = &protocol.description;
+        let names = description.kind_names();
+        for name in only {
+            let is_known = names.iter().any(|own| own.eq_ignore_ascii_case(name));
+            ensure!(is_known, "--only {name}: {}", UnknownName::new(name, names));
         }
-        self.only = names.to_vec();
-        self.write_only(|kind| names.iter().any(|name| kind.eq_ignore_ascii_case(name)));
-        Ok(())
-    }
-
-    fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
-        let description = &self.protocol.description;
-        let wanted = || {
-            description
-                .kinds_and_views()
-                .filter(|kind| kind.has_name(&is_wanted))
-        };
-        self.columns.retain(|column| {
-            let has_name = |field: &Field| field.name == *field_name(column);
-            column.name == KIND || wanted().any(|kind| kind.varying_fields().any(has_name))
-        });
-        let kinds = description.kinds_and_views();
-        let rows = kinds.map(|kind| KindRow::new(kind, &self.columns, is_wanted(&kind.name)));
-        self.kind_rows = rows.collect();
+        let kinds = || description.kinds_and_views();
+        let is_wanted = |kind: &&Kind| kind.has_name(|name| is_among(name, only));
+        let fields = kinds().filter(is_wanted).flat_map(Kind::varying_fields);
+        let written: HashSet<String> = fields.flat_map(columns_of).collect();
+        let mut columns = description.columns.clone();
+        columns.retain(|column| column.name == KIND || written.contains(&column.name));
+        Ok(Self {
+            kind_rows: kinds().map(|kind| KindRow::new(kind, &columns)).collect(),
+            columns,
+            has_kinds: description.has_kinds(),
+            only: only.to_vec(),
+            protocol,
+        })
     }
 
     /// Returns whether a frame's kind is written.
     pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
-        let KindRow {
-            kind, is_wanted, ..
-        } = self.kind_row(frame);
-        let is_named = |name: &String| name.eq_ignore_ascii_case(kind.name_of(frame));
-        *is_wanted || self.only.iter().any(is_named)
+        let kind = &self.kind_row(frame).kind;
+        is_among(&kind.name, &self.only) || is_among(kind.name_of(frame), &self.only)
     }
 
-    /// Appends the header of comma-separated values.
-    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool) {
-        row.extend(if has_time {
-            &b"time,offset"[..]
-        } else {
-            b"offset"
-        });
+    /// Returns the name of a frame's kind.
+    pub(crate) fn kind_name<'f>(&'f self, frame: &'f [u8]) -> &'f str {
+        self.kind_row(frame).kind.name_of(frame)
+    }
+
+    /// Appends the header of comma-separated values. With units, a column's name is followed by its unit in parentheses.
+    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool, has_units: bool) {
+        if has_time {
+            row.extend(b"time,");
+        }
+        row.extend(b"offset");
         if !self.protocol.has_setpoints() {
             row.extend(b",length");
         }
         for column in &self.columns {
             row.push(b',');
             row.extend(column.name.as_bytes());
+            if let Some(unit) = self.unit(column).filter(|_| has_units) {
+                row.extend(format!(" ({unit})").as_bytes());
+            }
         }
         row.push(b'\n');
+    }
+
+    /// Returns the unit of a column, if all its fields have the same.
+    fn unit(&self, column: &Column) -> Option<&str> {
+        let is_in = |field: &&Field| columns_of(field).any(|name| name == column.name);
+        let rows = self.kind_rows.iter();
+        let fields = rows.flat_map(|row| row.kind.varying_fields().filter(is_in));
+        let mut units = fields.map(|field| field.unit.as_deref());
+        let unit = units.next()?;
+        units.all(|other| other == unit).then_some(unit)?
     }
 
     /// Returns how to write this frame.
@@ -169,23 +152,30 @@ impl FrameWriter {
             row.push(b',');
             append_number(row, frame.len());
         }
-        let row_parts = self.kind_row(frame);
-        let kind = &row_parts.kind;
+        let KindRow { kind, cells, .. } = self.kind_row(frame);
         if self.has_kinds {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         let contents = kind.contents(frame);
-        for &(number, columns) in &row_parts.cells {
+        for &(number, first, columns) in cells {
             match number.and_then(|number| contents.of(&kind.fields[number])) {
-                Some(content) if columns == 1 => {
+                Some(content) if first + columns == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
                 }
-                Some(content) => content.values().for_each(|value| {
-                    row.push(b',');
-                    append_cell(row, &value);
-                }),
+                Some(content) => {
+                    let mut values = content.values();
+                    if first > 0 {
+                        values.nth(first - 1);
+                    }
+                    for value in values.take(columns) {
+                        row.push(b',');
+                        append_cell(row, &value);
+                    }
+                    let written = content.count().saturating_sub(first).min(columns);
+                    row.resize(row.len() + columns - written, b',');
+                }
                 None => row.resize(row.len() + columns, b','),
             }
         }
@@ -219,18 +209,22 @@ impl FrameWriter {
             let Some(content) = contents.of(field) else {
                 continue;
             };
-            row.extend(name.as_bytes());
             if !field.is_array() {
-                content.value().append_json_to(row);
+                let value = content.value();
+                if value != Value::Missing {
+                    row.extend(name.as_bytes());
+                    value.append_json_to(row);
+                }
                 continue;
             }
+            row.extend(name.as_bytes());
             row.push(b'[');
-            for (number, value) in content.values().enumerate() {
-                if number > 0 {
-                    row.push(b',');
-                }
+            for value in content.values() {
                 value.append_json_to(row);
+                row.push(b',');
             }
+            // Every array has a value. The last comma becomes a bracket.
+            row.pop();
             row.push(b']');
         }
         row.push(b'}');
@@ -254,14 +248,13 @@ impl FrameWriter {
             row.extend(b"   length ");
             append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
-        let between = b"   ";
         let KindRow { kind, .. } = self.kind_row(frame);
         if self.has_kinds {
             row.extend(b"   kind ");
             row.extend(kind.name_of(frame).as_bytes());
         }
         for (field, content) in kind.values(frame) {
-            row.extend(between);
+            row.extend(b"   ");
             row.extend(field.name.as_bytes());
             for value in content.values() {
                 row.push(b' ');
@@ -275,13 +268,28 @@ impl FrameWriter {
     }
 }
 
+/// Returns whether a name is among these, or whether there are no names, so that all are wanted.
+fn is_among(name: &str, names: &[String]) -> bool {
+    names.is_empty() || names.iter().any(|one| one.eq_ignore_ascii_case(name))
+}
+
+/// Returns the names of a field's columns.
+fn columns_of(field: &Field) -> impl Iterator<Item = String> {
+    (0..field.values()).map(|number| field.column(number))
+}
+
 fn append_number(row: &mut Vec<u8>, number: usize) {
     Value::Unsigned(number as u64).append_to(row);
 }
 
-fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
+/// Appends a time in microseconds as seconds.
+#[allow(
+    clippy::cast_precision_loss,
+    reason = "times until the year 2255 are exact"
+)]
+fn append_time(row: &mut Vec<u8>, time: i64, width: usize) {
     // Writing to memory cannot fail.
-    let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
+    let _ = write!(row, "{:>width$.6}", time as f64 / 1e6);
 }
 
 /// Appends the text that `append` writes, right-aligned in a column of this width.
@@ -307,13 +315,12 @@ fn append_cell(row: &mut Vec<u8>, value: &Value) {
 fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
     let from = row.len();
     value.append_to(row);
-    if row[from..].iter().any(|byte| matches!(byte, b',' | b'"')) {
-        let text = row.split_off(from);
-        let quoted = from + 1..from + 1 + 2 * text.len();
-        row.resize(quoted.end, 0);
-        let (_, _, length) = csv_core::quote(&text, &mut row[quoted.clone()], b'"', b'"', true);
-        row[from] = b'"';
-        row.truncate(quoted.start + length);
-        row.push(b'"');
+    // Some readers drop the blanks at the ends of a cell without quotation marks.
+    let text = &row[from..];
+    let has_end_blank = text.first() == Some(&b' ') || text.last() == Some(&b' ');
+    if has_end_blank || text.iter().any(|byte| matches!(byte, b',' | b'"')) {
+        row.truncate(from);
+        let doubled = value.to_string().replace('"', "\"\"");
+        row.extend(format!("\"{doubled}\"").as_bytes());
     }
 }

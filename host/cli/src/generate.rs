@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use framelock_generate::{CrcTable, c, rust};
 use framelock_receiving::Protocol;
 
-use crate::options::ProtocolParser;
+use crate::options::protocol;
 use crate::output::Output;
 
 /// Generate source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -16,7 +16,7 @@ use crate::output::Output;
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
     /// Generate code for these frames: a name, or a description file
-    #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     /// Generate Rust without std, or C99 that is also valid C++17
     #[arg(long, value_enum, value_name = "LANGUAGE")]
@@ -37,20 +37,12 @@ enum Language {
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let Arguments {
-        frame,
-        language,
-        byte_table,
-        output,
-    } = arguments;
+    let (frame, language) = (&arguments.frame, arguments.language);
     let path = Path::new(&frame.name);
-    let name = path
-        .file_stem()
-        .expect("a name or a file")
-        .to_string_lossy();
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let value = language.to_possible_value().expect("no language is hidden");
     let language_name = value.get_name();
-    let (table, option) = if *byte_table {
+    let (table, option) = if arguments.byte_table {
         (CrcTable::Bytes, " --byte-table")
     } else {
         (CrcTable::Nibbles, "")
@@ -60,5 +52,5 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Language::Rust => rust(&frame.description, &name, &command),
         Language::C => c(&frame.description, &name, &command, table),
     };
-    Ok(Output::create(output)?.write_all(code.as_bytes())?)
+    Ok(Output::create(&arguments.output)?.write_all(code.as_bytes())?)
 }

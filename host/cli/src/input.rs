@@ -1,17 +1,22 @@
 //! Inputs: a file, standard input or a serial port.
 
-use std::collections::VecDeque;
+mod analyser;
+mod arrivals;
+mod dump;
+mod text;
+mod time;
+mod tlog;
+
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, ErrorKind, IsTerminal, Read};
+use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
-use clap::ValueEnum;
-use framelock_description::hex;
 
 use crate::output::{note, standard_stream};
 use crate::serial::{self, PortOptions};
+pub(crate) use arrivals::{Arrival, Arrivals, InputNotation};
 
 /// The number of bytes that are read or written at a time. It is large enough that system calls cost
 /// little.
@@ -24,17 +29,10 @@ pub(crate) struct Input<'a> {
     reader: Box<dyn Read + Send + 'a>,
     /// Whether the input is a regular file. Such a file does not tell when its bytes arrived.
     pub(crate) is_file: bool,
+    /// The bits of a byte that are data.
+    mask: u8,
     /// The number of bytes read so far.
     offset: u64,
-}
-
-/// The notation of the input's bytes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Spelling {
-    /// Raw bytes
-    Bytes,
-    /// Text in hex, as loggers print it
-    Hex,
 }
 
 impl<'a> Input<'a> {
@@ -44,6 +42,7 @@ impl<'a> Input<'a> {
             name: name.to_owned(),
             reader: Box::new(reader),
             is_file: false,
+            mask: 0xFF,
             offset: 0,
         }
     }
@@ -52,16 +51,20 @@ impl<'a> Input<'a> {
     /// of `options`, and any other name is a file.
     pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
+        let mask = options.data_mask();
         let (name, file) = if path == "-" {
             let file = standard_stream(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
             if let Some(port) = serial::open(argument, options)? {
-                return Ok(Self::new(&path, port));
+                return Ok(Self {
+                    mask,
+                    ..Self::new(&path, port)
+                });
             }
             (&*path, open_file(argument)?)
         };
-        options.check_none(name)?;
+        options.check_none(name, true)?;
         if file.is_terminal() {
             note(
                 "reading from the terminal until Ctrl-D; --help shows how to read files and ports",
@@ -69,19 +72,9 @@ impl<'a> Input<'a> {
         }
         Ok(Self {
             is_file: file.metadata().is_ok_and(|metadata| metadata.is_file()),
+            mask,
             ..Self::new(name, file)
         })
-    }
-
-    /// Sets the notation of the input's bytes. If the notation is hex, the input parses the text that it reads.
-    pub(crate) fn spelled(self, spelling: Spelling) -> Self {
-        match spelling {
-            Spelling::Bytes => self,
-            Spelling::Hex => Self {
-                reader: Box::new(HexReader::new(BufReader::new(self.reader))),
-                ..self
-            },
-        }
     }
 }
 
@@ -109,20 +102,6 @@ impl Read for Input<'_> {
     }
 }
 
-/// Calls `take` with the bytes of `input` as soon as they arrive, until the input ends.
-pub(crate) fn for_each_arrival(
-    mut input: Input,
-    mut take: impl FnMut(&[u8]) -> Result<()>,
-) -> Result<()> {
-    let mut chunk = vec![0; CHUNK_LENGTH];
-    loop {
-        match input.read(&mut chunk)? {
-            0 => return Ok(()),
-            count => take(&chunk[..count])?,
-        }
-    }
-}
-
 fn open_file(path: &Path) -> Result<File> {
     const INSTEAD: &str =
         "name a file, a serial port (`framelock ports` lists them), or - for standard input";
@@ -132,45 +111,6 @@ fn open_file(path: &Path) -> Result<File> {
         bail!("{name} is a directory; {INSTEAD}");
     }
     File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))
-}
-
-/// Reads the bytes of a hex text, line by line.
-struct HexReader<R> {
-    text: R,
-    /// The part of the current line that has arrived.
-    line: Vec<u8>,
-    number: u64,
-    bytes: VecDeque<u8>,
-}
-
-impl<R: BufRead> HexReader<R> {
-    fn new(text: R) -> Self {
-        Self {
-            text,
-            line: Vec::new(),
-            number: 1,
-            bytes: VecDeque::new(),
-        }
-    }
-}
-
-impl<R: BufRead> Read for HexReader<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while self.bytes.is_empty() {
-            if self.text.read_until(b'\n', &mut self.line)? == 0 && self.line.is_empty() {
-                break;
-            }
-            let number = self.number;
-            let bytes = hex::parse(&[&*String::from_utf8_lossy(&self.line)]).map_err(|why| {
-                let message = format!("line {number}: {why}; expected bytes such as 41 42 00 7F");
-                io::Error::new(ErrorKind::InvalidData, message)
-            })?;
-            self.bytes = bytes.into();
-            self.number += 1;
-            self.line.clear();
-        }
-        self.bytes.read(buffer)
-    }
 }
 
 #[cfg(test)]
@@ -189,40 +129,27 @@ mod tests {
         }
     }
 
-    /// Reads at most `take` chunks. Returns them and the final outcome.
-    fn read(script: Vec<io::Result<&'static [u8]>>, take: usize) -> (Vec<Vec<u8>>, Result<()>) {
-        let mut chunks = Vec::new();
-        let input = Input::new("the line", Script(script.into_iter()));
-        let outcome = for_each_arrival(input, |bytes| {
-            chunks.push(bytes.to_vec());
-            anyhow::ensure!(chunks.len() < take, "had enough");
-            Ok(())
-        });
-        (chunks, outcome)
-    }
-
     #[test]
     fn chunks_are_taken_as_they_arrive_until_a_permanent_error() {
-        let script = || {
-            vec![
-                Ok(&b"A"[..]),
-                Err(ErrorKind::Interrupted.into()),
-                Err(ErrorKind::TimedOut.into()),
-                Err(ErrorKind::WouldBlock.into()),
-                Ok(b"B\0\x7F"),
-                Err(io::Error::other("unplugged")),
-                Ok(b"after"),
-            ]
-        };
-        let (chunks, outcome) = read(script(), 9);
-        assert_eq!(chunks, [&b"A"[..], b"B\0\x7F"]);
-        assert_eq!(
-            outcome.unwrap_err().to_string(),
-            "cannot read the line after byte 4: unplugged"
-        );
-        // After `take` fails, nothing more is read.
-        let (chunks, outcome) = read(script(), 1);
-        assert_eq!(chunks, [b"A"]);
-        assert_eq!(outcome.unwrap_err().to_string(), "had enough");
+        let script = vec![
+            Ok(&b"A"[..]),
+            Err(ErrorKind::Interrupted.into()),
+            Err(ErrorKind::TimedOut.into()),
+            Err(ErrorKind::WouldBlock.into()),
+            Ok(b"B\0\x7F"),
+            Err(io::Error::other("unplugged")),
+        ];
+        let input = Input::new("the line", Script(script.into_iter()));
+        let arrivals = Arrivals::new(input, Some(InputNotation::Bytes)).unwrap();
+        let chunks = arrivals.map(|arrival| match arrival {
+            Ok(arrival) => Ok(arrival.bytes),
+            Err(error) => Err(error.to_string()),
+        });
+        let expected = [
+            Ok(b"A".to_vec()),
+            Ok(b"B\0\x7F".to_vec()),
+            Err("cannot read the line after byte 4: unplugged".to_owned()),
+        ];
+        assert_eq!(chunks.take(3).collect::<Vec<_>>(), expected);
     }
 }

@@ -86,7 +86,7 @@ mod tests {
     fn the_readmes_rust_is_whole_programs() {
         let readme = include_str!("../../../README.md");
         let programs = readme.split("\n```rust\n").skip(1);
-        assert_eq!(programs.clone().count(), 2);
+        assert_eq!(programs.clone().count(), 1);
         for program in programs {
             let (program, _) = program.split_once("\n```\n").expect("the block ends");
             assert!(program.contains("\nfn main() {\n"), "{program}");

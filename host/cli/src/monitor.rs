@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -14,9 +14,9 @@ use framelock_receiving::{AnyLine, Policy, Protocol, Standstill};
 use framelock_simulation::LEVEL;
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Input, for_each_arrival};
-use crate::options::{ProtocolParser, check_has_no_breaks};
-use crate::output::{Output, exit_code};
+use crate::input::{Arrivals, Input, InputNotation};
+use crate::options::{check_has_no_breaks, protocol};
+use crate::output::{Output, exit_code, lock};
 use crate::serial::PortOptions;
 
 /// Watch a line: print its state, its rates, the failsafe and the last frame, a line each second
@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
     /// Receive these frames: a name, or a description file [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
@@ -52,7 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     check_has_no_breaks(&arguments.frame)?;
     let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let input = Input::open(&arguments.line, &arguments.port)?;
-    let watch = Watch::new(FrameWriter::new(arguments.frame.clone()), line);
+    let mut arrivals = Arrivals::new(input, Some(InputNotation::Bytes))?;
+    let watch = Watch::new(FrameWriter::new(arguments.frame.clone(), &[])?, line);
     let watch = Arc::new(Mutex::new(watch));
     let start = Instant::now();
     let reported = Arc::clone(&watch);
@@ -67,18 +68,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     });
-    let outcome = for_each_arrival(input, |bytes| {
-        lock(&watch).receive(start.elapsed(), bytes);
+    let outcome = arrivals.try_for_each(|arrival| {
+        let bytes = arrival?.bytes;
+        lock(&watch).receive(start.elapsed(), &bytes);
         Ok(())
     });
     let report = lock(&watch).report(start.elapsed());
     writeln!(Output::standard()?, "{report}")?;
     outcome
-}
-
-/// Locks the watch, even after a panic of another thread, since its state is always valid.
-fn lock(watch: &Mutex<Watch>) -> MutexGuard<'_, Watch> {
-    watch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A line as a board would receive it, with a failsafe. The caller passes the time.
@@ -208,7 +205,7 @@ mod tests {
     fn watch(name: &str) -> Watch {
         let frame = Protocol::named(name).unwrap();
         let line = AnyLine::new(&frame, Policy::Framelock).unwrap();
-        Watch::new(FrameWriter::new(frame), line)
+        Watch::new(FrameWriter::new(frame, &[]).unwrap(), line)
     }
 
     /// Receives this number of frames, one after each time of this many milliseconds. Returns the report at the end.

@@ -1,9 +1,6 @@
 //! Parses the values of options: numbers, probabilities, setpoints and frames.
 
-use std::ffi::OsStr;
-
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use clap::builder::{StringValueParser, TypedValueParser};
 use framelock::LineEvent;
 use framelock::motion::Setpoint;
 use framelock_description::text::{harmless, quoted};
@@ -67,20 +64,6 @@ pub(crate) fn check_has_no_breaks(protocol: &Protocol) -> Result<()> {
 }
 
 /// Returns the shipped description with this name, or reads the description in the file with this name.
-#[derive(Clone)]
-pub(crate) struct ProtocolParser;
-
-impl TypedValueParser for ProtocolParser {
-    type Value = Protocol;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        argument: Option<&clap::Arg>,
-        name: &OsStr,
-    ) -> Result<Protocol, clap::Error> {
-        let named = |name: String| Protocol::named(&name).map_err(|why| harmless(&why.to_string()));
-        let parser = StringValueParser::new().try_map(named);
-        parser.parse_ref(command, argument, name)
-    }
+pub(crate) fn protocol(name: &str) -> Result<Protocol, String> {
+    Protocol::named(name).map_err(|why| harmless(&why.to_string()))
 }

@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result, anyhow, bail};
 use framelock_description::text::harmless;
@@ -83,6 +84,11 @@ fn failure(error: io::Error, name: &str) -> io::Error {
     };
     let message = format!("cannot write to {name}: {error}{remedy}");
     io::Error::new(error.kind(), message)
+}
+
+/// Locks a state, even after a panic of another thread, for states that are always valid.
+pub(crate) fn lock<T>(state: &Mutex<T>) -> MutexGuard<'_, T> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Writes a message to standard error. Ignores errors, because standard error may be closed.

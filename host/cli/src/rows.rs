@@ -1,18 +1,22 @@
 //! Makes frames from rows of comma-separated values or JSON, one frame per row.
 
+use std::collections::HashMap;
 use std::io::{self, BufRead, BufReader, Read};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock_description::{Column, Description};
+use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator};
+use framelock_description::{Column, Description, KIND};
 use framelock_receiving::Protocol;
-use serde_json::{Map, Number, Value};
+use serde_json::{Map, Value};
 
 use crate::input::Input;
 use crate::options::check_has_no_breaks;
 
 /// The values of a row, by the names of their columns or fields.
 type Fields = Map<String, Value>;
+
+/// The columns of a description, by their names.
+type ByName<'a> = HashMap<&'a str, &'a Column>;
 
 /// The line number of a row, and its fields or an error.
 type NumberedFields = (u64, Result<Fields>);
@@ -34,6 +38,7 @@ pub(crate) fn rows<'a>(
     }
     let input = io::Cursor::new(beginning).chain(input);
     let description = &frame.description;
+    let by_name = columns_by_name(description);
     let lines: Box<dyn Iterator<Item = io::Result<NumberedFields>> + 'a> = if is_json {
         Box::new(json_lines(input))
     } else {
@@ -42,7 +47,7 @@ pub(crate) fn rows<'a>(
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
         let row = fields.and_then(|fields| {
-            let frame = description.encode(&values(&description.columns, &fields)?)?;
+            let frame = description.encode(&values(&description.columns, &by_name, &fields)?)?;
             let sent = description.sent(&frame);
             sent.context("no packet has these values")
         });
@@ -70,22 +75,26 @@ fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, bool)> {
 }
 
 /// Returns the values in the order of the columns. A field may have all values of an array. Unknown fields are ignored.
-fn values(columns: &[Column], fields: &Fields) -> Result<Vec<Option<Value>>> {
-    let mut values = Vec::with_capacity(columns.len());
-    for group in columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array) {
-        let name = group[0].array.as_ref().unwrap_or(&group[0].name);
-        if let Some(Value::Array(array)) = fields.get(name) {
-            let (given, needed) = (array.len(), group.len());
-            ensure!(
-                given == needed,
-                "{name} has {given} values, but needs {needed}"
-            );
-            values.extend(array.iter().cloned().map(Some));
-        } else {
-            values.extend(group.iter().map(|column| fields.get(&column.name).cloned()));
-        }
+fn values(columns: &[Column], by_name: &ByName, fields: &Fields) -> Result<Vec<Option<Value>>> {
+    let mut cells = HashMap::new();
+    for (name, value) in fields {
+        let Value::Array(array) = value else {
+            cells.insert(name.clone(), value);
+            continue;
+        };
+        let columns = (1..).map(|number| format!("{name}{number}"));
+        let is_of_array = |column: &&Column| column.array.as_ref() == Some(name);
+        let columns = columns.take_while(|column| by_name.get(&**column).is_some_and(is_of_array));
+        let columns: Vec<String> = columns.collect();
+        let (given, most) = (array.len(), columns.len());
+        ensure!(
+            given <= most || most == 0,
+            "{name} has {given} values, but at most {most} fit"
+        );
+        cells.extend(columns.into_iter().zip(array));
     }
-    Ok(values)
+    let value = |column: &Column| cells.get(&column.name).copied().cloned();
+    Ok(columns.iter().map(value).collect())
 }
 
 /// Reads a text with one JSON object per line.
@@ -114,30 +123,27 @@ fn separated<'a>(
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
-        .trim(Trim::All)
         .comment(Some(b'#'))
         .terminator(Terminator::Any(b'\n'))
         .from_reader(input.chain(&b"\n"[..]));
     let (mut header, mut bytes) = (None, ByteRecord::new());
+    let by_name = columns_by_name(description);
     let mut next = move || -> io::Result<Option<NumberedFields>> {
         while reader.read_byte_record(&mut bytes)? {
             // An ignored column may contain bytes that are not UTF-8.
             let record = StringRecord::from_byte_record_lossy(bytes.clone());
-            if record.iter().all(str::is_empty) {
+            if record.iter().all(|cell| cell.trim().is_empty()) {
                 continue;
             }
             let names = match &header {
                 Some(names) => names,
-                None if record
-                    .iter()
-                    .any(|name| column(description, name).is_some()) =>
-                {
-                    header = Some(record);
+                None if names_in(&record).any(|name| by_name.contains_key(name)) => {
+                    header = Some(names_in(&record).collect());
                     continue;
                 }
                 None => header.insert(plain_names(description)),
             };
-            let fields = separated_fields(&record, names, description);
+            let fields = separated_fields(&record, names, &by_name, description);
             return Ok(Some((reader.position().line() - 1, fields)));
         }
         Ok(None)
@@ -145,20 +151,27 @@ fn separated<'a>(
     std::iter::from_fn(move || next().transpose())
 }
 
+/// Returns the names in a header. A unit may follow a name, as in `altitude (m)`.
+fn names_in(header: &StringRecord) -> impl Iterator<Item = &str> {
+    let names = header.iter().map(|name| name.split(" (").next());
+    names.map(|name| name.unwrap_or_default().trim())
+}
+
 /// Returns the names of the columns of a table without a header.
 fn plain_names(description: &Description) -> StringRecord {
     let plain = description.plain_columns();
-    plain.iter().map(|column| &*column.name).collect()
+    plain.into_iter().map(|column| &*column.name).collect()
 }
 
-fn column<'a>(description: &'a Description, name: &str) -> Option<&'a Column> {
-    let mut columns = description.columns.iter();
-    columns.find(|column| column.name == name)
+fn columns_by_name(description: &Description) -> ByName<'_> {
+    let columns = description.columns.iter();
+    columns.map(|column| (&*column.name, column)).collect()
 }
 
 fn separated_fields(
     record: &StringRecord,
     names: &StringRecord,
+    by_name: &ByName,
     description: &Description,
 ) -> Result<Fields> {
     if record.len() != names.len() {
@@ -172,30 +185,18 @@ fn separated_fields(
     }
     let mut fields = Fields::new();
     for (name, text) in names.iter().zip(record) {
-        let value = match column(description, name) {
-            Some(column) if column.is_text => text.into(),
-            Some(_) => number_or_text(text),
+        // The blanks of a text belong to the text. Some spreadsheets end a line with CR LF.
+        let text = match by_name.get(name) {
+            Some(column) if column.is_text && column.name != KIND => {
+                text.strip_suffix('\r').unwrap_or(text)
+            }
+            Some(_) => text.trim(),
             None => continue,
         };
         ensure!(
-            fields.insert(name.to_owned(), value).is_none(),
+            fields.insert(name.to_owned(), text.into()).is_none(),
             "duplicate field `{name}`"
         );
     }
     Ok(fields)
-}
-
-/// If the text is a number, returns the number, otherwise the text.
-fn number_or_text(text: &str) -> Value {
-    let whole = text.parse::<u64>().map(Value::from);
-    let exact = || serde_json::from_str::<Number>(text).map(Value::from);
-    // As in JSON, NaN becomes null, and infinity becomes a number that exceeds the range of 32-bit floats.
-    let float = || {
-        text.parse::<f64>()
-            .map(|number| number.clamp(-1e39, 1e39).into())
-    };
-    whole
-        .or_else(|_| exact())
-        .or_else(|_| float())
-        .unwrap_or_else(|_| text.into())
 }

@@ -14,11 +14,11 @@ use framelock_receiving::Protocol;
 use framelock_simulation::{Axis, Motion, Shape, check_rate};
 
 use crate::input::Input;
-use crate::options::{ProtocolParser, number, whole};
+use crate::options::{number, protocol, whole};
 use crate::output::{Output, note, on_interrupt};
 use crate::serial::{self, PortOptions};
 use source::{Datagrams, Source};
-use transmission::{Clock, Rate, RealClock, Transmission};
+use transmission::{Rate, Transmission};
 
 /// Send frames to a board on time: from a motion profile, a built-in motion or UDP datagrams
 #[derive(clap::Args)]
@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// Send these frames: a name, or a description file; all but bin and bin-crc8 need --profile
     /// [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
@@ -102,13 +102,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         // The receiver of this message is gone if the transmission has just ended.
         let _ = stop.send(());
     })?;
-    let clock = RealClock::new(stopped);
-    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame, arguments.rate);
+    let mut transmission = Transmission::new(stopped, &mut line, &arguments.frame, arguments.rate);
     let length = arguments.seconds.map(Duration::from_secs_f64);
     let outcome = transmission.run(&source, length, parks);
-    for line in report(&transmission, &name) {
-        note(&line);
-    }
+    report(&transmission, &name);
     if let Source::Datagrams(datagrams) = source {
         let received = datagrams.received();
         note(&format!(
@@ -124,30 +121,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(outcome?)
 }
 
-/// Returns the lines of the final report: the frames sent, and their lateness.
-fn report(transmission: &Transmission<RealClock, Output>, line: &str) -> Vec<String> {
-    let pacer = &transmission.pacer;
-    let seconds = |time: Duration| time.as_secs_f64();
-    let mut report = vec![
-        format!(
-            "frames sent to {line} in {:.2} s: {}, and {} to park",
-            seconds(pacer.clock.now()),
-            transmission.frames,
-            transmission.park_frames
-        ),
-        format!(
-            "the most delayed frame was {:.2} ms late",
-            seconds(pacer.worst) * 1e3
-        ),
-    ];
+/// Prints the final report: the frames sent, and their lateness.
+fn report(transmission: &Transmission, line: &str) {
+    let Transmission {
+        pacer,
+        frames,
+        park_frames,
+        ..
+    } = transmission;
+    let seconds = pacer.now().as_secs_f64();
+    note(&format!(
+        "frames sent to {line} in {seconds:.2} s: {frames}, and {park_frames} to park"
+    ));
+    let worst = pacer.worst.as_secs_f64() * 1e3;
+    note(&format!("the most delayed frame was {worst:.2} ms late"));
     if pacer.hold_ups > 0 {
-        report.push(format!(
-            "held up {} times, {:.2} s in all; later frames were moved back by that time",
-            pacer.hold_ups,
-            seconds(pacer.held_up)
+        let (hold_ups, held_up) = (pacer.hold_ups, pacer.held_up.as_secs_f64());
+        note(&format!(
+            "held up {hold_ups} times, {held_up:.2} s in all; later frames were moved back by that time"
         ));
     }
-    report
 }
 
 impl Arguments {
@@ -161,7 +154,7 @@ impl Arguments {
     fn check_frames(&self) -> Result<bool> {
         if self.frame.has_setpoints() {
             if self.is_port() {
-                let (rate, baud) = (self.rate.0.get(), self.port.usual_baud());
+                let (rate, baud) = (self.rate.0, self.port.usual_baud());
                 check_rate(rate.into(), self.frame.longest(), baud, 1.0)?;
             }
             return Ok(true);
@@ -211,7 +204,7 @@ impl Arguments {
                 ),
             };
         }
-        self.port.check_none("standard output")?;
+        self.port.check_none("standard output", false)?;
         if std::io::stdout().is_terminal() {
             bail!(
                 "standard output is a terminal, and frames are binary: redirect it, or name a \

@@ -5,10 +5,10 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use framelock_description::text::harmless;
-use serialport::{Parity, SerialPortInfo, SerialPortType, StopBits};
+use serialport::{DataBits, Parity, SerialPortInfo, SerialPortType, StopBits};
 
 use crate::options::whole;
 use crate::output::{Output, note};
@@ -27,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 const NO_PERMISSION: &str = "this user has no permission; on most Linux systems \
      `sudo usermod -aG dialout $USER` grants it from the next login on (on some, the group is uucp: see ls -l)";
 
-/// The settings of a serial port. There are always 8 data bits.
+/// The settings of a serial port.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct PortOptions {
     /// Set the serial port's baud rate [default: 115200]
@@ -36,6 +36,9 @@ pub(crate) struct PortOptions {
     /// Set the parity: none, even or odd [default: none]
     #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
     parity: Option<Parity>,
+    /// Set the number of data bits: 7 or 8 [default: 8]
+    #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 7, 8))]
+    data_bits: Option<u8>,
     /// Set the number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
     /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
@@ -59,20 +62,26 @@ fn baud(text: &str) -> Result<u32> {
 }
 
 impl PortOptions {
-    /// Checks that no option is given for `name`, which is not a port.
-    pub(crate) fn check_none(&self, name: &str) -> Result<()> {
+    /// Checks that no option is given for `name`, which is not a port. Recordings have `--data-bits` too.
+    pub(crate) fn check_none(&self, name: &str, is_recording: bool) -> Result<()> {
         let given = [
             ("--baud", self.baud.is_some()),
             ("--parity", self.parity.is_some()),
+            ("--data-bits", self.data_bits.is_some() && !is_recording),
             ("--stop-bits", self.stop_bits.is_some()),
             ("--wait", self.wait),
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
-            Some((option, _)) => Err(anyhow!(
+            Some((option, _)) => bail!(
                 "{option} is for serial ports, and {name} is not one: leave {option} out, or name a port"
-            )),
+            ),
         }
+    }
+
+    /// Returns the bits of a byte that are data.
+    pub(crate) fn data_mask(&self) -> u8 {
+        0xFF >> (8 - self.data_bits())
     }
 
     pub(crate) fn baud(&self) -> u32 {
@@ -81,9 +90,17 @@ impl PortOptions {
 
     /// Returns the baud rate at which a byte in 8N1 takes the same time as a byte with these settings.
     pub(crate) fn usual_baud(&self) -> u32 {
-        let more = u64::from(self.has_parity()) + u64::from(self.stop_bits == Some(2));
-        let baud = u64::from(self.baud()) * 10 / (10 + more);
+        let bits = 1 + self.data_bits() + u8::from(self.has_parity()) + self.stop_bits();
+        let baud = u64::from(self.baud()) * 10 / u64::from(bits);
         u32::try_from(baud).unwrap_or(u32::MAX).max(1)
+    }
+
+    fn data_bits(&self) -> u8 {
+        self.data_bits.unwrap_or(8)
+    }
+
+    fn stop_bits(&self) -> u8 {
+        self.stop_bits.unwrap_or(1)
     }
 
     fn parity(&self) -> Parity {
@@ -104,9 +121,9 @@ impl fmt::Display for PortOptions {
             Parity::Even => 'E',
             Parity::Odd => 'O',
         };
-        match (parity, self.stop_bits.unwrap_or(1)) {
-            ('N', 1) => Ok(()),
-            (parity, stop_bits) => write!(f, " 8{parity}{stop_bits}"),
+        match (self.data_bits(), parity, self.stop_bits()) {
+            (8, 'N', 1) => Ok(()),
+            (data_bits, parity, stop_bits) => write!(f, " {data_bits}{parity}{stop_bits}"),
         }
     }
 }
@@ -171,11 +188,9 @@ pub(crate) fn open(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     };
     let name = path.to_string_lossy();
     let port = serialport::new(name.clone(), options.baud())
+        .data_bits(DataBits::try_from(options.data_bits()).unwrap_or(DataBits::Eight))
         .parity(options.parity())
-        .stop_bits(match options.stop_bits {
-            Some(2) => StopBits::Two,
-            _ => StopBits::One,
-        })
+        .stop_bits(StopBits::try_from(options.stop_bits()).unwrap_or(StopBits::One))
         .timeout(TIMEOUT)
         // Debug probes connect their UART only while DTR is set. Linux sets DTR by itself, but Windows does not.
         .dtr_on_open(true)
@@ -228,7 +243,7 @@ fn device(path: &Path) -> Result<Option<impl Sized>> {
     }
     // The system reveals the session only for this process's own terminal.
     if tcgetsid(&device).is_ok() {
-        anyhow::bail!(
+        bail!(
             "{name} is the terminal that you type at, not a serial port; to type bytes, name - instead"
         );
     }
@@ -247,11 +262,10 @@ fn device(path: &Path) -> Result<Option<impl Sized>> {
 pub(crate) fn list() -> Result<()> {
     // The library panics on Linux if this folder is missing, as in some containers.
     let can_list = !cfg!(target_os = "linux") || Path::new("/sys/class/tty").is_dir();
-    let mut ports = if can_list {
-        serialport::available_ports().context("cannot list the serial ports")?
-    } else {
-        Vec::new()
-    };
+    let ports = can_list.then(serialport::available_ports).transpose();
+    let mut ports = ports
+        .context("cannot list the serial ports")?
+        .unwrap_or_default();
     ports.sort_by(|one, other| one.port_name.cmp(&other.port_name));
     if ports.is_empty() {
         note(
@@ -275,12 +289,11 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::UsbPort(usb) => {
             let names = [&usb.manufacturer, &usb.product].into_iter().flatten();
             let names: Vec<&str> = names.map(String::as_str).collect();
-            let serial_number = match &usb.serial_number {
-                Some(number) => format!(", serial number {number}"),
-                None => String::new(),
-            };
+            let number = usb.serial_number.as_ref();
+            let number = number.map(|number| format!(", serial number {number}"));
+            let number = number.unwrap_or_default();
             let (vendor, product, names) = (usb.vid, usb.pid, names.join(" "));
-            format!("USB {vendor:04x}:{product:04x}  {names}{serial_number}")
+            format!("USB {vendor:04x}:{product:04x}  {names}{number}")
         }
         SerialPortType::BluetoothPort => "Bluetooth".into(),
         SerialPortType::PciPort => "PCI".into(),

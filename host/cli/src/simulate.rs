@@ -5,14 +5,14 @@ use std::io::{self, BufWriter, Write};
 use anyhow::Result;
 use framelock_simulation::{Parameters, Payload, Protocol, ReceiverTally, Tally, run_all};
 
-use crate::options::{ProtocolParser, number, probability, whole};
+use crate::options::{number, probability, protocol, whole};
 use crate::output::Output;
 
 const DEFAULT: Parameters = Parameters::DEFAULT;
 
 /// Simulate a faulty line bit by bit, and count the frames that receivers lose. The receivers are the
 /// lecture's machine (lecture, which discards a broken frame) and framelock (which searches a broken
-/// frame again), each with and without an idle-gap rule. A failsafe follows each receiver.
+/// frame again), each with and without an idle-gap rule.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/simulate.txt"), max_term_width = 80)]
 pub(crate) struct Arguments {
@@ -29,11 +29,11 @@ pub(crate) struct Arguments {
     frames: u32,
 
     /// Send these frames: bin or bin-crc8
-    #[arg(long, value_name = "NAME", default_value = "bin", value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME", default_value = "bin", value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
 
-    /// Send this payload: motion, random (different bytes in each frame), random:40-43 (only these byte
-    /// values), 00414200 (this payload), ambiguous (N2 of docs/protocol.md) or noise (no frames)
+    /// Send this payload: motion, random (different bytes in each frame), 00414200 (this payload) or ambiguous
+    /// (N2 of docs/protocol.md)
     #[arg(long, default_value_t = DEFAULT.payload, value_name = "WHAT")]
     payload: Payload,
 
@@ -95,16 +95,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 type Count = fn(&ReceiverTally) -> u64;
 
 /// The rows of the table of receivers.
-const ROWS: [(&str, Count); 7] = [
+const ROWS: [(&str, Count); 5] = [
     ("delivered", |receiver| receiver.delivered),
     ("lost though intact", |receiver| receiver.lost_intact),
     ("wrong setpoints", |receiver| receiver.wrong_setpoints),
     ("false frames", |receiver| receiver.false_frames),
     ("trials that end deaf", |receiver| receiver.deaf),
-    ("longest silence, ms", |receiver| {
-        receiver.longest_silence / 1_000
-    }),
-    ("failsafe engagements", |receiver| receiver.engagements),
 ];
 
 /// Writes the parameters and the tables.
@@ -141,12 +137,8 @@ fn write(
     }
     write!(out, "\n{:<24}", "")?;
     for receiver in &tally.receivers {
-        let gap = if receiver.kind.has_idle_gap {
-            "+gap"
-        } else {
-            ""
-        };
-        let name = format!("{}{gap}", receiver.kind.policy);
+        let gap = if receiver.has_idle_gap { "+gap" } else { "" };
+        let name = format!("{}{gap}", receiver.policy);
         write!(out, "{name:>14}")?;
     }
     writeln!(out)?;

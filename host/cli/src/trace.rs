@@ -1,6 +1,6 @@
 //! Shows what a receiver does with each byte: one row per byte.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Input, for_each_arrival};
-use crate::options::{ProtocolParser, check_has_no_breaks};
+use crate::input::{Arrivals, Input, InputNotation};
+use crate::options::{check_has_no_breaks, protocol};
 use crate::output::Output;
 use crate::serial::PortOptions;
 
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, hide_possible_values = true)]
     policy: Option<Policy>,
     /// Receive these frames: a name, or a description file [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = protocol, hide_possible_values = true)]
     frame: Protocol,
 }
 
@@ -52,23 +52,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     out.flush()?;
     // The name of the machine takes this many columns.
     let width = label.len();
-    for_each_arrival(input, |bytes| {
-        for &byte in bytes {
-            let rows: Vec<_> = machines
-                .iter_mut()
-                .map(|machine| machine.push(byte, width))
-                .collect();
+    for arrival in Arrivals::new(input, Some(InputNotation::Bytes))? {
+        for byte in arrival?.bytes {
+            let rows = machines.iter_mut().map(|machine| machine.push(byte, width));
+            let rows: Vec<_> = rows.collect();
             write_rows(&mut out, &policies, &rows, |[start, end], name| {
-                let name = if is_bin {
-                    format!(" {name}")
-                } else {
-                    String::new()
-                };
-                format!("{start}{name:<width$}{end}")
+                format!("{start}{:width$.width$}{end}", format!(" {name}"))
             })?;
         }
-        Ok(out.flush()?)
-    })?;
+        out.flush()?;
+    }
     if arguments.frame.description.ending_event().is_some() {
         // The line is silent after the last byte.
         let events = machines[0].events(|line| line.line_event(LineEvent::Idle), width);
@@ -77,12 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     writeln!(out)?;
     let sums: Vec<String> = machines.iter().map(|machine| machine.sum(width)).collect();
     write_rows(&mut out, &policies, &sums, |sum, name| {
-        let name = if is_bin {
-            format!("{name}:")
-        } else {
-            String::new()
-        };
-        format!("{name:<width$}{sum}")
+        format!("{:width$.width$}{sum}", format!("{name}:"))
     })?;
     Ok(out.flush()?)
 }
@@ -90,7 +78,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 impl Arguments {
     /// Returns the bytes if the arguments are hex, and otherwise opens the file.
     fn input(&self) -> Result<Input<'static>> {
-        match (hex::parse(&self.source), &*self.source) {
+        let text = self.source.join(OsStr::new(" "));
+        match (hex::parse_printed(&text.to_string_lossy()), &*self.source) {
             (Ok(bytes), _) if bytes.is_empty() => {
                 bail!("there are no bytes in the arguments: give bytes in hex such as 41 42 00 7F")
             }
@@ -135,7 +124,7 @@ impl Machine {
     fn new(protocol: &Protocol, policy: Policy) -> Result<Self> {
         Ok(Self {
             line: TrackedLine::new(AnyLine::new(protocol, policy)?),
-            frames: FrameWriter::new(protocol.clone()),
+            frames: FrameWriter::new(protocol.clone(), &[])?,
             setpoint: "--,--,--".to_owned(),
         })
     }
@@ -161,28 +150,18 @@ impl Machine {
     }
 
     /// Returns the text for a frame or for discarded bytes.
-    fn event(
-        &mut self,
-        Piece {
-            from,
-            bytes,
-            frame,
-            discarded,
-        }: &Piece,
-    ) -> String {
-        if let Some(why) = discarded {
-            return format!(
-                "  discarded {} from offset {from}: {why}",
-                hex::glued(bytes)
-            );
+    fn event(&mut self, piece: &Piece) -> String {
+        let from = piece.from;
+        if let Some(why) = piece.discarded {
+            let bytes = hex::glued(&piece.bytes);
+            return format!("  discarded {bytes} from offset {from}: {why}");
         }
-        if let Some(setpoint) = self.frames.protocol.setpoint(bytes) {
-            self.setpoint = <[u8; 3]>::from(setpoint)
-                .map(|axis| format!("{axis:02X}"))
-                .join(",");
+        if let Some(setpoint) = self.frames.protocol.setpoint(&piece.bytes) {
+            let axes = <[u8; 3]>::from(setpoint);
+            self.setpoint = axes.map(|axis| format!("{axis:02X}")).join(",");
         }
         let mut fields = Vec::new();
-        self.frames.append_text(&mut fields, frame);
+        self.frames.append_text(&mut fields, &piece.frame);
         let fields = String::from_utf8_lossy(&fields);
         format!("  frame from offset {from}:{fields}")
     }
@@ -197,17 +176,16 @@ impl Machine {
             let frame_bytes = counters.frame_bytes;
             return format!("{bytes} bytes = {frame_bytes} in {frames} frames + {rest}");
         }
-        let reasons = [
+        let counts = [
             ("no sync", discarded.no_sync),
             ("broken sync", discarded.broken_sync),
             ("no CR", discarded.wrong_terminator),
         ];
-        let counted = reasons.iter().filter(|(_, count)| *count > 0);
-        let reasons: Vec<String> = counted
-            .map(|(why, count)| format!("; {why}: {count}"))
-            .collect();
-        let reasons = reasons.concat();
-        let setpoint = &self.setpoint;
+        let mut reasons = Vec::new();
+        for (why, count) in counts.iter().filter(|(_, count)| *count > 0) {
+            reasons.push(format!("; {why}: {count}"));
+        }
+        let (setpoint, reasons) = (&self.setpoint, reasons.concat());
         format!(
             "{bytes} bytes = 7 x {frames} committed + {rest}\n{:width$}SP=({setpoint}){reasons}",
             ""

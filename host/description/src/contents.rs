@@ -1,21 +1,25 @@
 //! The walk along the fields of a frame, which finds the bytes of each field and reads its values. All output goes this
 //! way.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use crate::field::{Field, Type};
 use crate::kind::Kind;
-use crate::number::{Class, ones};
+use crate::notation::{Notation, bcd, hex_digits};
+use crate::number::{Class, NumberType, ones};
+use crate::pattern::TextPlace;
 use crate::value::Value;
 
 impl Kind {
     /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
+    /// is too short, and fields whose value is missing. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
         let fields = self.varying_fields();
-        fields.filter_map(move |field| Some((field, contents.of(field)?)))
+        let present = fields.filter_map(move |field| Some((field, contents.of(field)?)));
+        present.filter(|(field, content)| field.is_array() || content.value() != Value::Missing)
     }
 
     /// Returns the parts of a frame, for reading many fields.
@@ -32,12 +36,19 @@ impl Kind {
             alone,
             length: layout.counted_length(alone),
             appended,
+            last_part: Cell::new((NOWHERE, 0)),
         }
     }
 }
 
+/// The place before all others.
+const NOWHERE: TextPlace = TextPlace {
+    pattern: usize::MAX,
+    value: 0,
+};
+
 /// The parts of a frame.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Contents<'f> {
     kind: &'f Kind,
     /// The frame without its trailer.
@@ -46,31 +57,69 @@ pub struct Contents<'f> {
     length: usize,
     /// The trailer.
     appended: &'f [u8],
+    /// The place of the last value that was found in the text, and the index of the byte after the literal that follows.
+    last_part: Cell<(TextPlace, usize)>,
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the content of a field; `None` if the frame is too short to contain the field. Zeros that the sender has
-    /// left out count as present.
+    /// Returns the content of a field; `None` if the frame has none of the field's values, or its text differs from the
+    /// pattern before the value. Zeros that the sender has left out count as present.
     #[inline]
     #[must_use]
     pub fn of(&self, field: &'f Field) -> Option<Content<'f>> {
         match field.bytes(self.alone, self.length) {
-            Some(bytes) if field.is_simple() => Some(Content { field, bytes }),
+            Some(bytes) if field.prepared.is_simple => Some(Content {
+                field,
+                bytes,
+                values: field.prepared.values,
+            }),
             _ => self.of_rarer(field),
         }
     }
 
     #[inline(never)]
     fn of_rarer(&self, field: &'f Field) -> Option<Content<'f>> {
-        let bytes = if field.is_appended {
-            field.bytes(self.appended, self.appended.len())
+        let (frame, length) = if field.is_appended {
+            (self.appended, self.appended.len())
         } else {
-            let cut = || field.first_bytes(self.alone, self.length);
-            let bytes = field.bytes(self.alone, self.length);
-            bytes.or_else(|| self.kind.has_truncated_zeros.then(cut)?)
+            (self.alone, self.length)
         };
-        let bytes = field.item(bytes?)?;
-        Some(Content { field, bytes })
+        let (bytes, values) = match field.bytes(frame, length) {
+            Some(bytes) => (bytes, field.prepared.values),
+            None if self.kind.has_truncated_zeros && !field.is_appended => {
+                (field.first_bytes(frame, length)?, field.prepared.values)
+            }
+            None => {
+                let (values, range) = field.present(length);
+                (frame.get(range).filter(|_| values > 0)?, values)
+            }
+        };
+        let bytes = match field.text {
+            Some(place) => self.part(bytes, place)?,
+            None => bytes,
+        };
+        Some(Content {
+            field,
+            bytes,
+            values,
+        })
+    }
+}
+
+impl<'f> Contents<'f> {
+    /// Returns the part of the text at a place. Continues behind the last part, if that comes before.
+    fn part(&self, text: &'f [u8], place: TextPlace) -> Option<&'f [u8]> {
+        let pattern = &self.kind.texts[place.pattern];
+        let (last, from) = self.last_part.get();
+        let is_before = last.pattern == place.pattern && last.value < place.value;
+        let from = if is_before {
+            (last.value + 1, from)
+        } else {
+            pattern.start(text)?
+        };
+        let (part, next) = pattern.find(text, place.value, from)?;
+        self.last_part.set((place, next));
+        Some(part)
     }
 }
 
@@ -79,6 +128,7 @@ impl<'f> Contents<'f> {
 pub struct Content<'f> {
     field: &'f Field,
     bytes: &'f [u8],
+    values: usize,
 }
 
 impl<'f> Content<'f> {
@@ -89,29 +139,21 @@ impl<'f> Content<'f> {
         self.field.value(self.bytes, 0)
     }
 
-    /// Returns the value, or each value of an array.
+    /// Returns the number of values, which is 1 unless the field is an array.
+    #[inline]
+    #[must_use]
+    pub fn count(self) -> usize {
+        self.values
+    }
+
+    /// Returns the value, or each value of an array that the frame has.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
-        self.field.values_in(self.bytes)
+        (0..self.values).map(move |number| self.field.value(self.bytes, number))
     }
 }
 
 impl Field {
-    /// Returns true if the field is neither an item nor the trailer.
-    #[inline]
-    pub(crate) fn is_simple(&self) -> bool {
-        self.item.is_none() && !self.is_appended
-    }
-
-    /// Returns the part of the field's bytes that contains the value; `None` if the field is an item without a value.
-    #[inline]
-    pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
-        match self.item {
-            Some(item) => item.part(bytes),
-            None => Some(bytes),
-        }
-    }
-
     /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. Positions relative
     /// to the end are counted from `length`.
     #[inline]
@@ -139,15 +181,9 @@ impl Field {
         frame.get(place.start.min(end)..place.end.min(end))
     }
 
-    /// Reads the field's values from its bytes.
-    #[inline]
-    pub(crate) fn values_in<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
-        (0..self.prepared.values).map(|number| self.value(bytes, number))
-    }
-
     /// Reads one of the field's values from its bytes.
     #[inline]
-    pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+    pub(crate) fn value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         if let ([byte], true) = (bytes, self.prepared.is_plain) {
             return Value::Unsigned((*byte).into());
         }
@@ -155,59 +191,168 @@ impl Field {
     }
 
     #[inline(never)]
-    fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+    fn any_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
         // a single call before the match.
-        let own = || {
-            let Range { start, end } = self.value_bytes(number, bytes.len());
-            // Treat bytes that the sender has left out as zero.
-            &bytes[start.min(bytes.len())..end.min(bytes.len())]
-        };
-        if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
-            return value;
-        }
+        let own = || self.own(bytes, number);
         match self.kind {
+            _ if self.prepared.is_special => self.special_value(bytes, number),
             Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
-            Type::Bits { first, width } => {
-                let shift = (first + number * width) % 8;
-                let bits = match own() {
-                    &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
-                    &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
-                    #[expect(
-                        clippy::cast_possible_truncation,
-                        reason = "a field has up to 64 bits"
-                    )]
-                    bytes => {
-                        let bytes = bytes.iter().rev();
-                        let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
-                        (all >> shift) as u64
-                    }
-                };
-                self.of_bits(Class::Unsigned, bits & ones(width))
-            }
+            Type::Bits { first, width } => self.of_bits(
+                Class::Unsigned,
+                bits_of(own(), first + number * width, width),
+            ),
             Type::Bytes => Value::Bytes(bytes),
             Type::Text => Value::Text(bytes),
         }
     }
 
-    /// Returns the value that these bits represent.
+    /// Returns the bytes of one value. Bytes that the sender has left out are missing, and count as zero.
+    #[inline]
+    fn own<'a>(&self, bytes: &'a [u8], number: usize) -> &'a [u8] {
+        let Range { start, end } = self.value_bytes(number, bytes.len());
+        &bytes[start.min(bytes.len())..end.min(bytes.len())]
+    }
+
+    /// Returns the number that these bits represent.
+    #[inline]
     fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
-        let bits = match self.mask {
-            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
-            None => bits,
-        };
-        let value = match class {
+        let bits = self.masked(bits);
+        if self.prepared.missing == Some(bits) {
+            return Value::Missing;
+        }
+        self.scaled(match class {
             Class::Unsigned => Value::Unsigned(bits),
             Class::Signed => {
                 let unused = self.prepared.unused;
                 Value::Signed((bits << unused).cast_signed() >> unused)
             }
-            #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
+            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
             Class::Float => Value::Float(f32::from_bits(bits as u32)),
-        };
-        match &self.scale {
-            Some(scale) => scale.of(&value),
-            None => value,
+        })
+    }
+
+    #[inline]
+    fn masked(&self, bits: u64) -> u64 {
+        match self.mask {
+            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
+            None => bits,
         }
     }
+
+    /// Returns a value in a rare notation, or a value that may have a name.
+    #[inline(never)]
+    fn special_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        let own = self.own(bytes, number);
+        let bits = match self.kind {
+            Type::Bytes | Type::Text => return self.of_text(bytes),
+            Type::Bits { first, width } => bits_of(own, first + number * width, width),
+            Type::Number(kind) if self.notation == Notation::Hex => match bits_of_hex(kind, own) {
+                Some(bits) => bits,
+                None => return Value::Missing,
+            },
+            Type::Number(kind) => kind.bits(own),
+        };
+        let bits = self.masked(bits);
+        if self.prepared.missing == Some(bits) {
+            return Value::Missing;
+        }
+        self.meaning(self.number(bits))
+    }
+
+    /// Returns the text without its padding, or the number in the text.
+    fn of_text<'a>(&'a self, mut bytes: &'a [u8]) -> Value<'a> {
+        while let Some((last, rest)) = bytes.split_last()
+            && Some(*last) == self.padding
+        {
+            bytes = rest;
+        }
+        match self.notation.read(bytes) {
+            _ if self.kind == Type::Bytes => Value::Bytes(bytes),
+            _ if self.notation == Notation::Text => Value::Text(bytes),
+            Some(number) => self.meaning(number),
+            None => Value::Missing,
+        }
+    }
+
+    /// Returns the number that these bits represent in the field's notation.
+    fn number(&self, bits: u64) -> Value<'static> {
+        let unused = self.prepared.unused;
+        let signed = (bits << unused).cast_signed() >> unused;
+        let sign = 1 << (63 - unused);
+        let magnitude = (bits & !sign).cast_signed();
+        match self.notation {
+            Notation::SignMagnitude if bits & sign == 0 => Value::Signed(magnitude),
+            Notation::SignMagnitude => Value::Signed(-magnitude),
+            Notation::Magnitude => Value::Unsigned(signed.unsigned_abs()),
+            Notation::Bcd => bcd(bits).map_or(Value::Missing, Value::Unsigned),
+            _ => match self.class() {
+                Class::Unsigned => Value::Unsigned(bits),
+                Class::Signed => Value::Signed(signed),
+                Class::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
+                #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
+                Class::Float => Value::Float(f32::from_bits(bits as u32)),
+            },
+        }
+    }
+
+    #[inline]
+    fn scaled(&self, number: Value<'static>) -> Value<'static> {
+        match &self.scale {
+            Some(scale) => scale.of(&number),
+            None => number,
+        }
+    }
+
+    /// Returns the meaning of a number: its name, no value, or the scaled number.
+    fn meaning(&self, number: Value<'static>) -> Value<'_> {
+        self.known_meaning(number)
+            .unwrap_or_else(|| self.scaled(number))
+    }
+
+    fn known_meaning(&self, number: Value) -> Option<Value<'_>> {
+        let missing = self.missing.filter(|_| self.prepared.missing.is_none());
+        if missing.is_some_and(|missing| missing.is_same(number)) {
+            return Some(Value::Missing);
+        }
+        if self.names.is_empty() {
+            return None;
+        }
+        let (digits, decimals) = number.digits()?;
+        let unit = 10_i128.pow(decimals);
+        let whole = i64::try_from(digits / unit)
+            .ok()
+            .filter(|_| digits % unit == 0)?;
+        let place = self
+            .names
+            .binary_search_by_key(&whole, |(number, _)| *number);
+        let (_, name) = &self.names[place.ok()?];
+        Some(Value::Text(name.as_bytes()))
+    }
+}
+
+/// Returns `width` bits of a field's value, whose first bit has this index in the field.
+#[inline]
+fn bits_of(bytes: &[u8], first: usize, width: usize) -> u64 {
+    let shift = first % 8;
+    let bits = match bytes {
+        &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
+        &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
+        #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
+        bytes => {
+            let bytes = bytes.iter().rev();
+            let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
+            (all >> shift) as u64
+        }
+    };
+    bits & ones(width)
+}
+
+/// Returns the bits of a number in hex digits. The digits of each byte are in the order of the bytes.
+fn bits_of_hex(kind: NumberType, digits: &[u8]) -> Option<u64> {
+    let mut bytes = [0; 8];
+    for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {
+        *byte = u8::try_from(hex_digits(pair)?).ok()?;
+    }
+    Some(kind.bits(&bytes[..kind.bytes]))
 }

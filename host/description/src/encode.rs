@@ -4,10 +4,13 @@ use framelock::{Classification, DiscardReason};
 use framelock_formats::layout::index;
 use serde_json::Value as Json;
 
-use crate::field::Field;
+use crate::field::{Field, Type};
 use crate::kind::Kind;
+use crate::notation::Notation;
 use crate::number::Class;
+use crate::pattern::TextPlace;
 use crate::problem::{EncodeError, Misfit, UnknownName};
+use crate::raw::{is_nothing, number_or_text};
 use crate::text::quote;
 use crate::{Description, KIND};
 
@@ -16,6 +19,9 @@ enum Bits {
     Numbers(Vec<u64>),
     Bytes(Vec<u8>),
 }
+
+/// The value of an empty cell.
+static NOTHING: Json = Json::String(String::new());
 
 impl Description {
     /// Returns the frame with these values. The values are in the order of the columns. Ignores values in columns that
@@ -32,8 +38,7 @@ impl Description {
             ([kind], None) => &kind.name.as_str().into(),
             (_, wanted) => wanted.ok_or_else(|| EncodeError::Missing(KIND.to_owned()))?,
         };
-        let is_given =
-            |field: &Field| value(&field.name).is_some_and(|value| !value.is_null() && value != "");
+        let is_given = |field: &Field| value(&field.name).is_some_and(|value| !is_nothing(value));
         let mut first_error = None;
         // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
@@ -71,7 +76,15 @@ impl Description {
     ) -> Result<Vec<u8>, EncodeError> {
         let frame = shown.encode(|field| {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
-            all.flatten().collect()
+            let all: Vec<Option<&Json>> = all.collect();
+            let given = all
+                .iter()
+                .rposition(Option::is_some)
+                .map_or(0, |last| last + 1);
+            all[..given]
+                .iter()
+                .map(|value| value.unwrap_or(&NOTHING))
+                .collect()
         })?;
         // Check which kind a receiver finds in the frame. A receiver tries the kinds in order, so an earlier kind may
         // accept the frame. If the row gives the name of a kind, the receiver may also find one of the kind's views or
@@ -93,22 +106,45 @@ impl Kind {
     fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, EncodeError> {
         let layout = self.layout();
         let (mut contents, mut ends, mut appended) = (Vec::new(), Vec::new(), Vec::new());
-        for field in self.fields.iter().filter(|field| field.item.is_none()) {
-            let bits = match field.constant {
+        // A text is made from its values, unless a field with the whole text is given.
+        let mut wholes = self.fields.iter().filter(|field| self.is_whole_text(field));
+        let is_whole_given = wholes.any(|field| !given(field).into_iter().all(is_nothing));
+        let made = (!self.texts.is_empty() && !is_whole_given).then(|| self.text(&given));
+        let made = made.transpose()?;
+        let text = Field {
+            at: i16::try_from(self.text_at).expect("the header is short"),
+            kind: Type::Text,
+            ..Field::default()
+        };
+        if let Some(bytes) = made {
+            ends.push(self.text_at + bytes.len());
+            contents.push((&text, Bits::Bytes(bytes)));
+        }
+        let is_made = !contents.is_empty();
+        let fields = self
+            .fields
+            .iter()
+            .filter(|field| field.text.is_none() && !(is_made && self.is_whole_text(field)));
+        for field in fields {
+            let mut bits = match field.constant {
                 Some(constant) => Bits::Numbers(vec![constant]),
                 None => match self.bits(field, &given(field))? {
                     Some(bits) => bits,
                     None => continue,
                 },
             };
+            if let Bits::Numbers(values) = &mut bits {
+                self.complete(field, values, layout.shortest)?;
+            }
             match bits {
                 Bits::Bytes(bytes) if field.is_appended => appended = bytes,
                 bits => {
-                    let rest = match &bits {
-                        Bits::Bytes(bytes) => bytes.len(),
-                        Bits::Numbers(_) => 0,
+                    let end = match &bits {
+                        Bits::Bytes(bytes) => field.end(bytes.len()),
+                        Bits::Numbers(values) if values.is_empty() => None,
+                        Bits::Numbers(values) => field.end_of(values.len()),
                     };
-                    ends.extend(field.end(rest));
+                    ends.extend(end);
                     contents.push((field, bits));
                 }
             }
@@ -131,6 +167,11 @@ impl Kind {
             Some((factor, more)) => least + (factor + more - least % factor) % factor,
             None => least,
         };
+        for (field, bits) in &mut contents {
+            if let Bits::Numbers(values) = bits {
+                self.complete(field, values, length)?;
+            }
+        }
         let mut frame = vec![0; length];
         // Write the first of several syncs or terminators, unless a field selects another one.
         let end = layout.terminator_at(length);
@@ -179,33 +220,124 @@ impl Kind {
 
     /// Returns the content to write into a field. Returns `None` if the field is optional and no value is given.
     fn bits(&self, field: &Field, given: &[&Json]) -> Result<Option<Bits>, EncodeError> {
-        // In a field of floating-point numbers, `null` means NaN.
-        let is_float = field.class() == Class::Float;
-        let is_nothing = |value: &&Json| value.is_null() && !is_float || *value == "";
-        if self.shortest_with(field).is_some() && given.iter().all(is_nothing) {
-            return Ok(None);
-        }
-        if given.len() < field.values() {
-            return Err(EncodeError::Missing(field.name.clone()));
-        }
-        let misfit = |number, reason| EncodeError::Value {
+        let of_text = |value: &&Json| (*value).clone();
+        let of_number = |value: &&Json| number_or_text(value);
+        let given = given.iter();
+        let mut given: Vec<Json> = if field.is_text() {
+            given.map(of_text).collect()
+        } else {
+            given.map(of_number).collect()
+        };
+        let misfit = |number: usize, value: &Json, reason| EncodeError::Value {
             column: field.column(number),
-            value: quote(given[number]),
+            value: quote(value),
             reason,
         };
-        if field.is_text() {
-            let bytes = field
-                .to_bytes(given[0])
-                .map_err(|reason| misfit(0, reason))?;
-            return Ok(Some(Bits::Bytes(bytes)));
+        let is_optional = self.shortest_with(field).is_some();
+        if field.is_bytes() {
+            let has_missing = field.missing.is_some();
+            return match given.first().or(has_missing.then_some(&Json::Null)) {
+                Some(value) if is_nothing(value) && is_optional => Ok(None),
+                None if is_optional => Ok(None),
+                None => Err(EncodeError::Missing(field.name.clone())),
+                Some(value) => match field.to_bytes(value) {
+                    Ok(bytes) => Ok(Some(Bits::Bytes(bytes))),
+                    Err(reason) => Err(misfit(0, value, reason)),
+                },
+            };
+        }
+        // The empty cells at the end of an array are no values. In a field of floating-point numbers, `null` means NaN.
+        let is_float = field.class() == Class::Float && field.missing.is_none();
+        while given.last().is_some_and(|value| match value {
+            Json::Null => !field.is_array() && !is_float,
+            value => is_nothing(value),
+        }) {
+            given.pop();
+        }
+        if given.is_empty() && !field.is_array() && field.missing.is_none() {
+            reject_missing(!is_optional, field, 0)?;
+            return Ok(None);
         }
         let bits = given.iter().enumerate();
         let bits = bits.map(|(number, value)| {
-            field
-                .to_bits(value)
-                .map_err(|reason| misfit(number, reason))
+            let bits = field.to_bits(value);
+            bits.map_err(|reason| misfit(number, value, reason))
         });
-        Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
+        let mut bits = bits.collect::<Result<Vec<_>, _>>()?;
+        // The bytes after a frame that leaves out zeros are zeros, so a missing value is in the frame.
+        if self.has_truncated_zeros && field.missing.is_some() {
+            let missing = field.to_bits(&Json::Null);
+            bits.resize(field.values(), missing.unwrap_or(0));
+        }
+        Ok(Some(Bits::Numbers(bits)))
+    }
+
+    /// Adds the values that a frame of `length` bytes has, but that are not given: numbers that mean that there is no value,
+    /// or the zeros that a sender leaves out. The error says that values are missing.
+    fn complete(
+        &self,
+        field: &Field,
+        values: &mut Vec<u64>,
+        length: usize,
+    ) -> Result<(), EncodeError> {
+        let (mut present, _) = field.present(length);
+        if self.has_truncated_zeros {
+            present = field.values();
+        }
+        if values.len() < present {
+            let zeros = (self.has_truncated_zeros && values.is_empty()).then_some(0);
+            let missing = field.missing.and_then(|_| field.to_bits(&Json::Null).ok());
+            reject_missing(missing.or(zeros).is_none(), field, values.len())?;
+            values.resize(present, missing.or(zeros).unwrap_or(0));
+        }
+        Ok(())
+    }
+
+    /// Returns whether a field has the whole text of a frame.
+    fn is_whole_text(&self, field: &Field) -> bool {
+        let end = self.layout().longest - self.from_end;
+        field.text.is_none()
+            && field.is_bytes()
+            && usize::try_from(field.at).is_ok_and(|at| at <= self.text_at)
+            && field.end(end).is_some_and(|field_end| field_end >= end)
+    }
+
+    /// Returns the text with the values that `given` returns.
+    fn text<'v>(&self, given: &impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, EncodeError> {
+        let whole = self.fields.iter().find(|field| self.is_whole_text(field));
+        let name = whole.map_or("text", |field| &field.name);
+        let impossible = || EncodeError::NoText(name.to_owned());
+        let [pattern] = &*self.texts else {
+            return Err(impossible());
+        };
+        let mut values = Vec::new();
+        for (number, value) in pattern.values.iter().enumerate() {
+            let place = Some(TextPlace {
+                pattern: 0,
+                value: number,
+            });
+            let mut fields = self
+                .fields
+                .iter()
+                .filter(|field| field.text == place && value.name.is_some());
+            let field = fields.next().ok_or_else(impossible)?;
+            match self.bits(field, &given(field))? {
+                Some(Bits::Bytes(bytes)) => values.push(bytes),
+                _ => return Err(EncodeError::Missing(field.name.clone())),
+            }
+        }
+        let text = pattern.text(&values);
+        // A value that contains the literal after it would be read as another value.
+        for (number, value) in pattern.values.iter().enumerate() {
+            let start = pattern.start(&text);
+            let found = start.and_then(|start| pattern.find(&text, number, start));
+            if found.map(|(found, _)| found) != Some(&*values[number]) {
+                return Err(EncodeError::Determined(
+                    value.name.clone().unwrap_or_default(),
+                ));
+            }
+        }
+        Ok(text)
     }
 
     /// Returns the reason why these bytes cannot become a frame.
@@ -231,6 +363,14 @@ impl Kind {
     }
 }
 
+/// Returns an error that names a value of the field if the value is missing.
+fn reject_missing(is_missing: bool, field: &Field, number: usize) -> Result<(), EncodeError> {
+    if is_missing {
+        return Err(EncodeError::Missing(field.column(number)));
+    }
+    Ok(())
+}
+
 /// Copies bytes into a frame from index `at` on, and stops at the end of the frame.
 fn put_bytes(bytes: &[u8], frame: &mut [u8], at: usize) {
     let place = frame.iter_mut().skip(at);
@@ -242,10 +382,15 @@ fn put(field: &Field, bits: &Bits, frame: &mut [u8]) {
     let from = index(field.at, frame.len()).unwrap_or(0);
     match bits {
         Bits::Bytes(bytes) => put_bytes(bytes, frame, from),
+        Bits::Numbers(values) if field.notation == Notation::Hex => {
+            let digits = values.iter().flat_map(|bits| field.hex_digits(*bits));
+            put_bytes(&digits.collect::<Vec<u8>>(), frame, from);
+        }
         Bits::Numbers(values) => field.each_bit(0, |place, number, of_value| {
             let bit = 1 << (place % 8);
-            if let Some(byte) = frame.get_mut(from + place / 8) {
-                match values[number] >> of_value & 1 {
+            if let (Some(byte), Some(value)) = (frame.get_mut(from + place / 8), values.get(number))
+            {
+                match value >> of_value & 1 {
                     1 => *byte |= bit,
                     _ => *byte &= !bit,
                 }

@@ -1,15 +1,17 @@
 //! The entries of a description, as its text has them. Entries have spans, because errors name their positions.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use toml::Spanned;
 
-use crate::item::Item;
 use crate::messages::Known;
+use crate::notation::Notation;
 use crate::packets::Packets;
 use crate::problem::{Located, Mistake};
-use crate::read_field::Values;
+use crate::read_field::{Missing, Values};
 use crate::value::Decimal;
 
 pub(crate) type Text = Spanned<String>;
@@ -35,8 +37,17 @@ pub(crate) struct Entries {
     pub(crate) trailer: Option<Spanned<TrailerEntry>>,
     pub(crate) truncated_zeros: Option<bool>,
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
-    pub(crate) views: Vec<ViewEntry>,
+    pub(crate) text: Option<Spanned<Patterns>>,
+    pub(crate) views: Vec<Spanned<ViewEntry>>,
     pub(crate) name: Option<Text>,
+}
+
+/// The pattern of a text, or several patterns.
+#[derive(Clone, Deserialize)]
+#[serde(untagged, expecting = "a text is a pattern, or a list of patterns")]
+pub(crate) enum Patterns {
+    One(String),
+    Several(Vec<String>),
 }
 
 /// The end of frames that have neither a length nor a terminator.
@@ -102,26 +113,31 @@ pub(crate) struct TrailerEntry {
 #[serde(deny_unknown_fields)]
 pub(crate) struct FieldEntry {
     pub(crate) name: Text,
-    pub(crate) at: Spanned<i16>,
+    pub(crate) at: Option<Spanned<i16>>,
     pub(crate) r#type: Option<Text>,
     pub(crate) bits: Option<usize>,
-    #[serde(default)]
-    pub(crate) bit: u16,
+    pub(crate) bit: Option<u16>,
+    pub(crate) notation: Option<Spanned<Notation>>,
+    pub(crate) decimals: Option<Spanned<u32>>,
     pub(crate) count: Option<Spanned<usize>>,
     pub(crate) mask: Option<Spanned<u64>>,
     pub(crate) value: Option<Spanned<Values>>,
     pub(crate) scale: Option<Spanned<Decimal>>,
     pub(crate) offset: Option<Spanned<Decimal>>,
     pub(crate) unit: Option<Text>,
-    pub(crate) item: Option<Spanned<Item>>,
+    pub(crate) names: Option<Spanned<BTreeMap<String, String>>>,
+    pub(crate) missing: Option<Spanned<Missing>>,
+    pub(crate) padding: Option<Text>,
+    pub(crate) item: Option<Spanned<IgnoredAny>>,
 }
 
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ViewEntry {
     pub(crate) name: String,
-    pub(crate) at: Spanned<i16>,
-    pub(crate) bytes: Text,
+    pub(crate) at: Option<Spanned<i16>>,
+    pub(crate) bytes: Option<Text>,
+    pub(crate) text: Option<Spanned<Patterns>>,
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
 }
@@ -159,6 +175,7 @@ impl Entries {
             messages: self.messages.or(whole.messages),
             trailer: self.trailer.or(whole.trailer),
             truncated_zeros: self.truncated_zeros.or(whole.truncated_zeros),
+            text: self.text.or(whole.text),
             fields: [whole.fields, self.fields].concat(),
             views: [whole.views, self.views].concat(),
             ..self

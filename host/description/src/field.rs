@@ -1,16 +1,14 @@
-//! The fields of a frame: their positions and types, and how to read and write their values.
+//! The fields of a frame: their types, their meanings, and their positions.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use framelock_formats::layout::index;
-use serde_json::Value as Json;
 
-use crate::item::Item;
-use crate::number::{Class, NumberType, ones};
-use crate::problem::Misfit;
-use crate::value::Scale;
-use crate::{hex, text};
+use crate::notation::Notation;
+use crate::number::{Class, NumberType};
+use crate::pattern::TextPlace;
+use crate::value::{Scale, Value};
 
 /// A field of a frame.
 #[derive(Clone, Default, Debug)]
@@ -22,7 +20,11 @@ pub struct Field {
     pub at: i16,
     /// The field's type.
     pub kind: Type,
-    /// The number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
+    /// The notation of the values.
+    pub notation: Notation,
+    /// The number of digits after the point with which a decimal number in text is written; `None` if it is not given.
+    pub decimals: Option<u32>,
+    /// The greatest number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
     /// rest of the frame.
     pub count: Option<usize>,
     /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
@@ -31,14 +33,20 @@ pub struct Field {
     pub scale: Option<Scale>,
     /// The unit of measurement.
     pub unit: Option<String>,
+    /// The names of numbers, before scaling, in ascending order of the numbers.
+    pub names: Vec<(i64, String)>,
+    /// The number, before scaling, that means that there is no value.
+    pub missing: Option<Value<'static>>,
+    /// The byte that fills a text of a fixed number of bytes after the text's end.
+    pub padding: Option<u8>,
+    /// The place of the value in the frame's text. Then the field's own position is that of the whole text.
+    pub text: Option<TextPlace>,
     /// If the field has the same value in every frame: the bits of this value, at the positions of the mask.
     pub constant: Option<u64>,
     /// The values that the field may have; none if it may have any value.
     pub allowed: Vec<u32>,
     /// If the field takes the rest of the frame: the number of bytes after the field.
     pub margin: usize,
-    /// The part of a comma-separated text that the field shows.
-    pub item: Option<Item>,
     /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
     /// Properties that are needed for each frame. They are computed once, when the description is read.
@@ -46,8 +54,10 @@ pub struct Field {
 }
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
-/// has the field; `None` if the range depends on the frame's length. `values` is the number of values. `is_plain` says
-/// whether the field's bytes are the number itself.
+/// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
+/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no value.
+/// `is_special` says whether a value has a rare notation, or has a meaning besides these bits and the scale. `is_simple` says whether the field is neither a
+/// part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     pub(crate) place: Option<(Range<usize>, usize)>,
@@ -55,6 +65,9 @@ pub(crate) struct Prepared {
     /// 64 minus the number of bits in a value.
     pub(crate) unused: usize,
     pub(crate) is_plain: bool,
+    pub(crate) missing: Option<u64>,
+    pub(crate) is_special: bool,
+    pub(crate) is_simple: bool,
 }
 
 /// The type of a field.
@@ -87,31 +100,52 @@ impl Field {
         }
     }
 
-    /// Returns true if the values are text, or bytes in hex.
+    /// Returns true if tables show the values as text, or as bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
-        matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
+        self.notation == Notation::Text
     }
 
-    /// Returns the meaning of a value's bits. Values of fields of bits, bytes and text have no sign.
+    /// Returns true if the field consists of bytes or text. The text may be the digits of a number.
+    #[must_use]
+    pub fn is_bytes(&self) -> bool {
+        matches!(self.kind, Type::Bytes | Type::Text)
+    }
+
+    /// Returns true if the values are whole numbers or decimal numbers.
+    #[must_use]
+    pub fn is_decimal(&self) -> bool {
+        !matches!(self.notation, Notation::Text | Notation::Float)
+    }
+
+    /// Returns whether the values have a sign, or are floating-point numbers. Texts and bytes count as unsigned.
     #[must_use]
     pub fn class(&self) -> Class {
-        match self.kind {
-            Type::Number(number) => number.class,
-            _ => Class::Unsigned,
+        match (self.notation, self.kind) {
+            (Notation::Hex, Type::Number(number)) => number.class,
+            (
+                Notation::Unsigned
+                | Notation::Magnitude
+                | Notation::Bcd
+                | Notation::Hex
+                | Notation::Text,
+                _,
+            ) => Class::Unsigned,
+            (Notation::Float, _) => Class::Float,
+            _ => Class::Signed,
         }
     }
 
     /// Returns true if the field is an array of values.
     #[must_use]
     pub fn is_array(&self) -> bool {
-        self.count.is_some() && !self.is_text()
+        self.count.is_some() && !self.is_bytes()
     }
 
-    /// Returns the number of values.
+    /// Returns the greatest number of values.
     #[must_use]
     pub fn values(&self) -> usize {
-        self.count.filter(|_| !self.is_text()).unwrap_or(1)
+        self.count.filter(|_| !self.is_bytes()).unwrap_or(1)
     }
 
     /// Returns the column name of a value in a table. `number` counts the field's values from 0.
@@ -128,7 +162,7 @@ impl Field {
     /// rest of the frame.
     pub(crate) fn bits(&self) -> Option<Range<usize>> {
         Some(match self.kind {
-            Type::Number(number) => 0..8 * number.bytes * self.values(),
+            Type::Number(_) => 0..8 * self.number_bytes() * self.values(),
             Type::Bits { first, width } => first..first + width * self.values(),
             Type::Bytes | Type::Text => 0..8 * self.count?,
         })
@@ -139,8 +173,58 @@ impl Field {
     #[inline]
     pub fn length(&self) -> Option<usize> {
         match self.kind {
-            Type::Number(number) => Some(number.bytes * self.values()),
+            Type::Number(_) => Some(self.number_bytes() * self.values()),
             _ => self.bits().map(|bits| bits.end.div_ceil(8)),
+        }
+    }
+
+    /// Returns the number of bytes that a number of whole bytes occupies. In hex, each byte takes two digits.
+    #[inline]
+    fn number_bytes(&self) -> usize {
+        match (self.kind, self.notation) {
+            (Type::Number(number), Notation::Hex) => 2 * number.bytes,
+            (Type::Number(number), _) => number.bytes,
+            _ => 0,
+        }
+    }
+
+    /// Returns the number of bytes that the first `values` values occupy, including a byte that the last value shares.
+    fn bytes_of(&self, values: usize) -> usize {
+        match self.kind {
+            Type::Number(_) => self.number_bytes() * values,
+            Type::Bits { first, width } => (first + width * values).div_ceil(8),
+            Type::Bytes | Type::Text => self.count.unwrap_or(0),
+        }
+    }
+
+    /// Returns the number of values that fit into a number of bytes.
+    fn fitting(&self, bytes: usize) -> usize {
+        let all = match self.kind {
+            Type::Number(_) => bytes / self.number_bytes(),
+            Type::Bits { first, width } => (8 * bytes).saturating_sub(first) / width,
+            Type::Bytes | Type::Text => 1,
+        };
+        all.min(self.values())
+    }
+
+    /// Returns the number of values that are in a frame of `length` bytes, and their range. Only an array may have fewer
+    /// values than [`values`](Self::values).
+    #[must_use]
+    pub fn present(&self, length: usize) -> (usize, Range<usize>) {
+        let partial = || {
+            let from = usize::try_from(self.at).ok().filter(|_| self.is_array())?;
+            let count = self.fitting(length.checked_sub(from + self.margin)?);
+            Some((count, from..from + self.bytes_of(count)))
+        };
+        let whole = self.position(length).map(|range| (self.values(), range));
+        whole.or_else(partial).unwrap_or_default()
+    }
+
+    /// Returns the length of the shortest frame that has the first `values` values.
+    pub(crate) fn needs(&self, values: usize) -> usize {
+        match usize::try_from(self.at) {
+            Ok(from) => from + self.bytes_of(values) + self.margin,
+            Err(_) => self.at.unsigned_abs().into(),
         }
     }
 
@@ -149,9 +233,9 @@ impl Field {
     #[inline]
     pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
         match self.kind {
-            Type::Number(kind) => {
-                let from = number * kind.bytes;
-                from..from + kind.bytes
+            Type::Number(_) => {
+                let from = number * self.number_bytes();
+                from..from + self.number_bytes()
             }
             Type::Bits { first, width } => {
                 let first = first + number * width;
@@ -171,6 +255,11 @@ impl Field {
         Some(from + self.length().unwrap_or(rest))
     }
 
+    /// Returns the index after the first `values` values if the field is counted from the front.
+    pub(crate) fn end_of(&self, values: usize) -> Option<usize> {
+        Some(usize::try_from(self.at).ok()? + self.bytes_of(values))
+    }
+
     /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the
     /// field.
     #[must_use]
@@ -182,8 +271,9 @@ impl Field {
     }
 
     /// Ends a field that takes the rest of the frame before the frame's last `from_end` bytes. If all frames have the
-    /// same length, the field has a fixed length too. Returns false if no bytes are left for the field.
+    /// same length, the field has a fixed length too, unless it is a part of a text. Returns false if no bytes are left for the field.
     pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
+        let fixed_length = fixed_length.filter(|_| self.text.is_none());
         if let (Some(length), None) = (fixed_length, self.length()) {
             let left = length.saturating_sub(usize::from(self.at.unsigned_abs()) + from_end);
             self.count = Some(left);
@@ -193,6 +283,22 @@ impl Field {
         }
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
+        // The bits that mean that there is no value. NaN has many bits.
+        let is_nan = matches!(self.missing, Some(Value::Double(number)) if number.is_nan());
+        let missing = self.missing.filter(|_| !is_nan && !self.is_bytes());
+        let missing = missing.and_then(|_| self.to_bits(&serde_json::Value::Null).ok());
+        let missing = missing.map(|bits| bits >> self.mask.map_or(0, u64::trailing_zeros));
+        let usual = match self.kind {
+            Type::Number(number) if number.class == Class::Signed => Notation::Signed,
+            Type::Number(number) if number.class == Class::Unsigned => Notation::Unsigned,
+            Type::Number(number) if number.bytes == 4 => Notation::Float,
+            Type::Bits { .. } => Notation::Unsigned,
+            _ => Notation::Text,
+        };
+        let is_special = self.notation != usual
+            || self.padding.is_some()
+            || !self.names.is_empty()
+            || self.missing.is_some() && missing.is_none();
         self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
@@ -200,13 +306,19 @@ impl Field {
             is_plain: self.length() == Some(1)
                 && self.mask.is_none()
                 && self.scale.is_none()
-                && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
+                && matches!(self.kind, Type::Number(_))
+                && self.notation == Notation::Unsigned
+                && !is_special
+                && missing.is_none(),
+            missing,
+            is_special,
+            is_simple: self.text.is_none() && !self.is_appended,
         };
         self.count != Some(0)
     }
 
     /// Returns the number of bits in a value, before applying the mask.
-    fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         match self.kind {
             Type::Number(number) => 8 * number.bytes,
             Type::Bits { width, .. } => width,
@@ -218,69 +330,6 @@ impl Field {
     #[must_use]
     pub fn value_width(&self) -> usize {
         self.mask.map_or(self.width(), width)
-    }
-
-    /// Returns the bits of a value, at the positions of the mask. The error says why the value does not fit the field.
-    pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, Misfit> {
-        let class = self.class();
-        #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
-        if class == Class::Float {
-            let nan = value.is_null().then_some(f64::NAN);
-            let number = value.as_f64().or(nan).ok_or(Misfit::Not("a number"))?;
-            return Ok((number as f32).to_bits().into());
-        }
-        let all = ones(self.width());
-        let mask = self.mask.unwrap_or(all);
-        let most = ones(width(mask));
-        let (least, most) = match class {
-            Class::Signed => (!i128::from(most >> 1), i128::from(most >> 1)),
-            _ => (0, i128::from(most)),
-        };
-        let number = match &self.scale {
-            Some(scale) => scale.number(value),
-            None => value.as_number().and_then(serde_json::Number::as_i128),
-        };
-        let is_in = |number: &i128| (least..=most).contains(number);
-        let Some(number) = number.filter(is_in) else {
-            let shown = |number: i128| match &self.scale {
-                Some(scale) => scale.text(number),
-                None => number.to_string(),
-            };
-            return Err(Misfit::NotBetween {
-                is_whole: self.scale.is_none(),
-                least: shown(least),
-                most: shown(most),
-            });
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the lowest bits are the value"
-        )]
-        let bits = (number as u64 & ones(width(mask))) << mask.trailing_zeros();
-        if bits & !mask != 0 {
-            return Err(Misfit::OutsideMask(mask));
-        }
-        Ok(bits)
-    }
-
-    /// Returns the bytes of a text, or of bytes in hex. The error says why the value does not fit the field.
-    pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, Misfit> {
-        let bytes = match self.kind {
-            Type::Bytes => {
-                let text = value.as_str();
-                let text = text.ok_or(Misfit::Not("bytes in hex, as text"))?;
-                hex::parse(&[text.strip_prefix('x').unwrap_or(text)]).map_err(Misfit::Hex)?
-            }
-            _ => text::unescaped(value.as_str().ok_or(Misfit::Not("text"))?),
-        };
-        match self.count {
-            Some(wanted) if wanted != bytes.len() => Err(Misfit::Length {
-                given: bytes.len(),
-                wanted,
-            }),
-            _ => Ok(bytes),
-        }
     }
 
     /// Calls `bit` for each bit that belongs to a value. The first argument is the position of the bit, counted from
@@ -305,9 +354,16 @@ impl Field {
             }
         }
     }
+
     /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and those of them that
     /// are 1 in a constant field. If the field takes the rest of the frame, `left` is its number of bytes.
     pub(crate) fn masks(&self, left: usize) -> BTreeMap<usize, (u8, u8)> {
+        if self.notation == Notation::Hex && !self.is_bytes() {
+            let digits = self.constant.map(|bits| self.hex_digits(bits));
+            let digit = |byte: usize| digits.as_ref().map_or(0, |digits| digits[byte]);
+            let bytes = 0..self.bytes_of(self.values());
+            return bytes.map(|byte| (byte, (0xFF, digit(byte)))).collect();
+        }
         let mut masks = BTreeMap::<usize, (u8, u8)>::new();
         let constant = self.constant.unwrap_or(0);
         self.each_bit(left, |place, _, of_value| {
@@ -323,6 +379,6 @@ impl Field {
 }
 
 /// Returns the number of bits from the lowest to the highest bit of a mask.
-fn width(mask: u64) -> usize {
+pub(crate) fn width(mask: u64) -> usize {
     (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
 }

@@ -47,6 +47,61 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), HexReason> {
     Ok(())
 }
 
+/// Parses bytes in the notations in which programs print them: as [`parse`] does, and also numbers of one digit
+/// (`79 1 0`), joined pairs of digits (`AA.C0`, `AA-C0`), and literals of Python and C (`b'\xaa'`, `\xaa`, `{0xAA}`).
+///
+/// # Errors
+/// The error names the word that does not consist of bytes in hex, and the reason.
+pub fn parse_printed(text: &str) -> Result<Vec<u8>, HexError> {
+    if let Some(bytes) = literal(text.trim()) {
+        return Ok(bytes);
+    }
+    let words = text.split(|c: char| c.is_whitespace() || ",;:{}".contains(c));
+    let words = words.map(|word| {
+        let pairs = word.split(['.', '-']);
+        if pairs.clone().all(|pair| pair.len() == 2) {
+            return pairs.collect();
+        }
+        match word.trim_start_matches("0x").as_bytes() {
+            &[digit] if digit.is_ascii_hexdigit() => format!("0{}", char::from(digit)),
+            _ => word.to_owned(),
+        }
+    });
+    parse(&words.collect::<Vec<String>>())
+}
+
+/// Returns the bytes of a literal of Python such as `b'\xaaA'`, of a text in quotation marks, or of escapes such as
+/// `\xaa\xc0`.
+fn literal(text: &str) -> Option<Vec<u8>> {
+    let is_python = text.starts_with("b'") || text.starts_with("b\"");
+    if !is_python && !text.contains("\\x") {
+        return None;
+    }
+    let text = text.strip_prefix('b').unwrap_or(text);
+    let quote = text.chars().next().filter(|first| "'\"".contains(*first));
+    let mut rest = match quote {
+        Some(quote) => text.strip_prefix(quote)?.strip_suffix(quote)?.chars(),
+        None => text.chars(),
+    };
+    let mut bytes = Vec::new();
+    while let Some(c) = rest.next() {
+        match (c, quote) {
+            ('\\', _) => bytes.push(match rest.next()? {
+                'x' => {
+                    let digits = rest.as_str().get(..2)?;
+                    rest.nth(1)?;
+                    u8::from_str_radix(digits, 16).ok()?
+                }
+                code => *b"\n\r\t\0\\'\"".get("nrt0\\'\"".find(code)?)?,
+            }),
+            (' ' | ',', None) => {}
+            (' '..='~', Some(quote)) if c != quote => bytes.push(u8::try_from(c).ok()?),
+            _ => return None,
+        }
+    }
+    Some(bytes)
+}
+
 /// Returns bytes in hex, without separators.
 #[must_use]
 pub fn glued(bytes: &[u8]) -> String {
@@ -78,6 +133,43 @@ mod tests {
         }
         assert_eq!(parsed(&[""]), Ok(vec![]));
         assert_eq!(glued(&bytes), "4142007FC84A0D");
+    }
+
+    #[test]
+    fn printed_bytes_have_more_spellings() {
+        for spelling in [
+            "AA C0 2C 00 0A 41",
+            "0xAA 0xC0 0x2C 0x0 0xA 0x41",
+            "aa c0 2c 0 a 41",
+            "AA.C0.2C.00.0A.41",
+            "AA-C0-2C-00-0A-41",
+            "{0xAA, 0xC0, 0x2C, 0, 0xA, 0x41};",
+            r"b'\xaa\xc0,\x00\nA'",
+            r#"b"\xaa\xc0,\0\nA""#,
+            r"'\xAA\xC0,\x00\x0A\x41'",
+            r"\xaa\xc0\x2c\x00\x0a\x41",
+            r"\xaa, \xc0, \x2c \x00 \x0a \x41",
+        ] {
+            let bytes = vec![0xAA, 0xC0, 0x2C, 0x00, 0x0A, 0x41];
+            assert_eq!(parse_printed(spelling), Ok(bytes), "{spelling}");
+        }
+        let quotes = r#"b'"\'\\'"#;
+        assert_eq!(parse_printed(quotes), Ok(b"\"'\\".to_vec()));
+        assert_eq!(parse_printed("b'AB'"), Ok(b"AB".to_vec()));
+        for wrong in [
+            "-",
+            "AA.C",
+            "123",
+            "0x",
+            r"b'\xaa', b'\xc0'",
+            r"b'\xaa",
+            r"\xaa\xc0A",
+            r"b'\xaé'",
+            r"b'\q'",
+            "b'é'",
+        ] {
+            assert!(parse_printed(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use framelock_formats::layout::{ByteOrder, CheckedLayout, Length, index};
 use crate::field::Field;
 use crate::layouts::{Layouts, header};
 use crate::number::{Class, NumberType};
+use crate::pattern::Pattern;
 
 /// The largest length that a description may allow for a frame: the largest 16-bit number plus 256.
 pub const LONGEST: usize = 0x1_00FF;
@@ -21,15 +22,20 @@ pub struct Kind {
     pub(crate) layouts: Layouts,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
-    /// The exclusive end index of each field, in ascending order; `None` if a field takes the rest of the frame.
-    pub(crate) ends: Option<Vec<usize>>,
+    /// If this is a view: the lengths of the shortest frames that have one of the view's own fields, and all fields.
+    pub(crate) room: (usize, usize),
     /// How many bytes at the frame's end hold the terminator and all parts whose positions are counted from the end.
     pub from_end: usize,
     /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view that fits.
+    /// first view that has the frame's bytes and whose fields all fit, or else by the first of which a field fits.
     pub views: Vec<Kind>,
-    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
+    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
+    /// are no such bytes, the beginning of the frame's text identifies the frames.
     pub sign: (usize, Vec<u8>),
+    /// The patterns of the frame's text. A frame with several patterns has values of each.
+    pub texts: Vec<Pattern>,
+    /// The index of the first byte of the frame's text. The text ends before the last [`from_end`](Self::from_end) bytes.
+    pub text_at: usize,
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
     /// The numbers and names of messages, in ascending order of the numbers.
@@ -128,10 +134,8 @@ impl Kind {
         let mut parts = Vec::new();
         let fields = self.fields.iter().filter(|field| !field.is_appended);
         for field in fields.filter(|field| is_whole || field.at >= 0) {
-            let Some(all) = field.position(length + if is_whole { 0 } else { field.margin }) else {
-                continue;
-            };
-            for number in 0..field.values() {
+            let (count, all) = field.present(length + if is_whole { 0 } else { field.margin });
+            for number in 0..count {
                 let bytes = field.value_bytes(number, all.len());
                 parts.push((
                     Part::Value(field, number),
@@ -240,40 +244,41 @@ impl Kind {
     /// Returns the index of the view that shows a frame; `None` if no view fits the frame's values and length.
     #[inline]
     pub(crate) fn view_of(&self, frame: &[u8]) -> Option<usize> {
-        self.views.iter().position(|view| view.shows(frame))
+        let mut shown = None;
+        for (number, view) in self.views.iter().enumerate() {
+            match view.shows(frame) {
+                Some(true) => return Some(number),
+                Some(false) => shown = shown.or(Some(number)),
+                None => {}
+            }
+        }
+        shown
     }
 
-    /// Returns true if the frame has the view's bytes, and some field ends at the end of the frame, or takes the rest of
-    /// the frame. Zeros that the sender has left out count as present.
+    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's bytes, or
+    /// has room for no field. Zeros that the sender has left out count as present.
     #[inline]
-    fn shows(&self, frame: &[u8]) -> bool {
+    fn shows(&self, frame: &[u8]) -> Option<bool> {
         let (at, bytes) = &self.sign;
         if frame.get(*at..at + bytes.len()) != Some(bytes) {
-            return false;
+            return None;
         }
         let trailer = self
             .layout()
             .trailer
             .map_or(0, |trailer| trailer.bytes_after(frame));
-        let end = self
-            .layout()
-            .counted_length(frame)
-            .saturating_sub(trailer + self.from_end);
-        match &self.ends {
-            None => true,
-            Some(ends) if self.has_truncated_zeros => ends.last().is_some_and(|last| end <= *last),
-            Some(ends) => ends.binary_search(&end).is_ok(),
-        }
+        let length = self.layout().counted_length(frame) - trailer;
+        let has_text = bytes.is_empty() && !self.texts.is_empty();
+        let (one, all) = self.room;
+        let has = |least: usize| self.has_truncated_zeros || length >= least;
+        (has(one) && (!has_text || self.has_text(frame, length))).then(|| has(all))
     }
 
-    pub(crate) fn ends_of_fields(&self) -> Option<Vec<usize>> {
-        let fields = self.fields.iter().filter(|field| !field.is_appended);
-        if fields.clone().any(|field| field.length().is_none()) {
-            return None;
-        }
-        let mut ends: Vec<usize> = fields.filter_map(|field| field.end(0)).collect();
-        ends.sort_unstable();
-        Some(ends)
+    #[inline(never)]
+    fn has_text(&self, frame: &[u8], length: usize) -> bool {
+        let text = frame.get(self.text_at..length.saturating_sub(self.from_end));
+        let mut texts = self.texts.iter();
+        text.is_some_and(|text| texts.any(|pattern| pattern.begins(text)))
     }
 
     /// Returns the fields whose values differ between frames.

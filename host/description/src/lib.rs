@@ -41,6 +41,7 @@
     clippy::missing_panics_doc,
     reason = "an index out of range is a bug, which must not become an empty field"
 )]
+#![allow(clippy::doc_markdown, reason = "MAVLink is a name")]
 
 mod checksum;
 mod contents;
@@ -49,19 +50,23 @@ mod entries;
 mod example;
 mod field;
 pub mod hex;
-mod item;
 mod kind;
 mod layouts;
+mod mavlink_xml;
 mod messages;
+mod notation;
 mod number;
 mod packets;
+mod pattern;
 mod problem;
+mod raw;
 mod read;
 mod read_field;
 pub mod text;
 mod value;
 
 use std::collections::{HashMap, HashSet};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -72,10 +77,11 @@ use toml::Spanned;
 
 pub use contents::{Content, Contents};
 pub use field::{Field, Type};
-pub use item::Item;
 pub use kind::{Kind, LONGEST, Part};
 pub use layouts::Layouts;
+pub use notation::Notation;
 pub use number::{Class, NumberType};
+pub use pattern::{Pattern, PatternValue, TextPlace};
 pub use problem::{
     EncodeError, HexError, HexReason, Misfit, Mistake, Problem, ReadError, UnknownName,
 };
@@ -89,7 +95,10 @@ const LONGEST_TEXT: usize = 1 << 20;
 
 /// The limits on the number of kinds in a description, and on the number of values in a row.
 const MOST_KINDS: usize = 100;
-const MOST_COLUMNS: usize = 10_000;
+const MOST_COLUMNS: usize = 40_000;
+
+/// The limit on the number of files of which each contains the next one.
+const MOST_FILES: usize = 3;
 
 /// A parsed description.
 #[derive(Clone, Debug)]
@@ -109,7 +118,7 @@ pub struct Column {
     pub name: String,
     /// The name of the array that contains the value.
     pub array: Option<String>,
-    /// Whether the value is text or bytes in hex, even if it looks like a number.
+    /// Whether the value is text or bytes in hex, in some kind, even if it looks like a number.
     pub is_text: bool,
 }
 
@@ -122,23 +131,30 @@ impl Description {
     /// # Errors
     /// Returns the first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, Problem> {
+        Self::parse_within(name, text, 0)
+    }
+
+    /// Parses the text of a description that `depth` other descriptions contain.
+    fn parse_within(name: &str, text: &str, depth: usize) -> Result<Self, Problem> {
         let entries = toml::from_str(text).map_err(Located::from);
         entries
-            .and_then(|entries| Self::read(name, &entries))
+            .and_then(|entries| Self::read(name, &entries, depth))
             .map_err(|located| Problem::within(name, text, located))
     }
 
-    fn read(name: &str, entries: &Entries) -> Result<Self, Located> {
+    fn read(name: &str, entries: &Entries, depth: usize) -> Result<Self, Located> {
         let (shipped_names, own) = (&entries.any_of, &entries.kinds);
         let count = shipped_names.len() + own.len();
         let (what, most) = ("the number of kinds", MOST_KINDS);
         reject_if(count > most, 0..0, Mistake::OutOfRange { what, most })?;
         let mut kinds = Vec::new();
-        for name in shipped_names {
-            let text = shipped(name.get_ref());
-            let text = text.map_err(|unknown| Located::new(name.span(), unknown))?;
-            let shipped = Self::parse(name.get_ref(), text);
-            kinds.extend(shipped.expect("shipped descriptions are valid").kinds);
+        for one in shipped_names {
+            let found = named(one.get_ref(), name, depth);
+            kinds.extend(
+                found
+                    .map_err(|mistake| Located::new(one.span(), mistake))?
+                    .kinds,
+            );
         }
         for kind in own {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
@@ -161,7 +177,8 @@ impl Description {
             reject_if(entries.has_parts(), first.span(), rule)?;
         }
         if kinds.is_empty() {
-            kinds.push(Kind::read(name, entries, false)?);
+            let stem = Path::new(name).file_stem().and_then(OsStr::to_str);
+            kinds.push(Kind::read(stem.unwrap_or(name), entries, false)?);
         }
         let first = entries.fields.first().map(Spanned::span);
         let first = first.or(own.first().map(Spanned::span));
@@ -296,14 +313,15 @@ impl Description {
     /// Returns the columns of a table without a header. If there is only one kind, these are its columns, without the
     /// columns of its views. Otherwise these are all columns.
     #[must_use]
-    pub fn plain_columns(&self) -> &[Column] {
-        match &*self.kinds {
-            [kind] if self.has_kinds() => {
-                let count: usize = kind.varying_fields().map(Field::values).sum();
-                &self.columns[1..=count]
-            }
-            _ => &self.columns,
-        }
+    pub fn plain_columns(&self) -> Vec<&Column> {
+        let kind = (self.kinds.len() == 1).then(|| &self.kinds[0]);
+        let is_of_kind = |column: &&Column| {
+            let is_name = |field: &Field| {
+                (0..field.values()).any(|number| field.column(number) == column.name)
+            };
+            kind.is_none_or(|kind| kind.varying_fields().any(is_name))
+        };
+        self.columns.iter().filter(is_of_kind).collect()
     }
 
     /// Returns true if there are several kinds or views, so that the output must name the kind of a frame.
@@ -313,11 +331,22 @@ impl Description {
     }
 }
 
-/// Reads the text of a description from a file.
+/// Reads the text of a description from a file. A definition of MAVLink's messages, in XML, becomes a description.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
+/// reads more than the limit.
 pub fn read(path: &Path) -> Result<String, ReadError> {
+    let text = read_text(path)?;
+    let beginning = text.trim_start_matches('\u{FEFF}').trim_start();
+    if beginning.starts_with('<') {
+        return mavlink_xml::description(path, &text);
+    }
+    Ok(text)
+}
+
+/// Reads a text from a file.
+pub(crate) fn read_text(path: &Path) -> Result<String, ReadError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
     let read = File::open(path)
@@ -327,6 +356,24 @@ pub fn read(path: &Path) -> Result<String, ReadError> {
         Ok(length) if length > LONGEST_TEXT => Err(ReadError::TooLong(name)),
         Ok(_) => String::from_utf8(bytes).map_err(|_| ReadError::NotText(name)),
     }
+}
+
+/// Returns the shipped description with this name, or that of a file whose path is relative to the folder of `parent`.
+fn named(name: &str, parent: &str, depth: usize) -> Result<Description, Mistake> {
+    let path = Path::new(parent).with_file_name(name);
+    let (name, text) = match shipped(name) {
+        Ok(text) => (name.to_owned(), text.to_owned()),
+        Err(unknown) if !path.exists() => return Err(unknown.into()),
+        Err(_) if depth >= MOST_FILES => {
+            return Err("any_of: these files contain each other".into());
+        }
+        Err(_) => {
+            let text = read(&path).map_err(|error| Mistake::File(error.to_string()))?;
+            (path.display().to_string(), text)
+        }
+    };
+    let found = Description::parse_within(&name, &text, depth + 1);
+    found.map_err(|problem| Mistake::Within(Box::new(problem)))
 }
 
 fn has_kinds(kinds: &[Kind]) -> bool {
@@ -364,37 +411,39 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The number of values in each array. If several kinds share an array, they share all of its columns.
-    let mut arrays = HashMap::<&str, usize>::new();
+    // The greatest number of values of each array. The first kind with an array gets all columns, side by side.
+    let mut counts = HashMap::<(&str, bool), usize>::new();
+    for field in all().flat_map(Kind::varying_fields) {
+        let count = counts.entry((&field.name, field.is_array())).or_default();
+        *count = field.values().max(*count);
+    }
     for kind in all() {
         let mut own = HashSet::new();
         if has_kinds {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
-            if field.is_array()
-                && *arrays.entry(&field.name).or_insert(field.values()) != field.values()
-            {
-                return Err(same_name("kinds have different values", &field.name));
-            }
-            for number in 0..field.values() {
-                let column = Column {
-                    name: field.column(number),
-                    array: field.is_array().then(|| field.name.clone()),
-                    is_text: field.is_text(),
-                };
+            let count = counts.remove(&(&*field.name, field.is_array()));
+            for number in 0..count.unwrap_or(field.values()) {
+                let name = field.column(number);
                 // The header of a table may be in capitals.
-                if !own.insert(column.name.to_ascii_lowercase()) {
-                    return Err(same_name("values are", &column.name));
+                if number < field.values() && !own.insert(name.to_ascii_lowercase()) {
+                    return Err(same_name("values are", &name));
                 }
-                match places.get(&column.name) {
-                    Some(&place) if columns[place] == column => {}
-                    Some(_) => return Err(same_name("kinds have different values", &column.name)),
-                    None => {
-                        places.insert(column.name.clone(), columns.len());
-                        columns.push(column);
-                    }
+                let is_text = field.is_text();
+                let array = field.is_array().then(|| field.name.clone());
+                if let Some(&place) = places.get(&name) {
+                    let shared = &mut columns[place];
+                    shared.is_text |= is_text;
+                    shared.array = shared.array.take().or(array);
+                    continue;
                 }
+                places.insert(name.clone(), columns.len());
+                columns.push(Column {
+                    name,
+                    array,
+                    is_text,
+                });
             }
         }
     }
@@ -410,8 +459,8 @@ macro_rules! shipped {
 
 /// The names of the shipped descriptions, and their texts.
 pub const SHIPPED: &[(&str, &str)] = shipped!(
-    "bin" "bin-crc8" "sbus" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
-    "six-axes-be" "modbus-rtu" "slip" "cobs" "hdlc" "kiss" "dmx512" "dsmr-p1" "vedirect"
+    "bin" "bin-crc8" "sbus" "sbus-any" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
+    "six-axes-be" "axes-text" "modbus-rtu" "slip" "cobs" "hdlc" "kiss" "dmx512" "dsmr-p1" "vedirect"
 );
 
 /// Returns the text of the shipped description with this name.

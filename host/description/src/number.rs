@@ -11,7 +11,7 @@ use crate::problem::{Mistake, UnknownName};
 pub struct NumberType {
     /// The meaning of the number's bits.
     pub class: Class,
-    /// The number of bytes: 1, 2, 3, 4 or 8.
+    /// The number of bytes: 1 to 8, or 4 or 8 in a floating-point number.
     pub bytes: usize,
     /// The order of the bytes.
     pub order: ByteOrder,
@@ -24,7 +24,7 @@ pub enum Class {
     Unsigned,
     /// A signed number, in two's complement.
     Signed,
-    /// A floating-point number of 32 bits, as in IEEE 754.
+    /// A floating-point number of 32 or 64 bits, as in IEEE 754.
     Float,
 }
 
@@ -32,7 +32,7 @@ impl NumberType {
     /// Returns all types.
     fn all() -> impl Iterator<Item = Self> {
         let orders = [ByteOrder::Little, ByteOrder::Big];
-        let sizes = [1, 2, 3, 4, 8].map(|bytes| orders.map(|order| (bytes, order)));
+        let sizes = [1, 2, 3, 4, 5, 6, 7, 8].map(|bytes| orders.map(|order| (bytes, order)));
         let classes = [Class::Unsigned, Class::Signed, Class::Float];
         let all = classes.map(|class| {
             let sizes = sizes.into_iter().flatten();
@@ -44,7 +44,7 @@ impl NumberType {
         });
         let is_type = |number: &Self| match number.bytes {
             1 if number.order == ByteOrder::Big => false,
-            bytes => bytes == 4 || number.class != Class::Float,
+            bytes => [4, 8].contains(&bytes) || number.class != Class::Float,
         };
         all.into_iter().flatten().filter(is_type)
     }

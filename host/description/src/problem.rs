@@ -78,12 +78,28 @@ pub enum Mistake {
     /// An entry breaks a rule, or contradicts another entry.
     #[error("{0}")]
     Rule(&'static str),
+    /// The parts of a kind of frames contradict each other.
+    #[error("{}{message}{}", prefix(.kind.as_ref()), suffix(*.bytes))]
+    Layout {
+        /// The kind's name, if there are several kinds.
+        kind: Option<String>,
+        /// The contradiction.
+        message: &'static str,
+        /// The length that contradicts another part.
+        bytes: Option<usize>,
+    },
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
     /// There is no such type, checksum or shipped description.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    /// A file of `any_of` has a mistake.
+    #[error(transparent)]
+    Within(Box<Problem>),
+    /// A file of `any_of` cannot be read.
+    #[error("{0}")]
+    File(String),
     /// A number is 0 or too great.
     #[error("{what} must be from 1 to {most}")]
     OutOfRange {
@@ -126,6 +142,14 @@ pub enum Mistake {
         /// The kind that is found instead.
         earlier: String,
     },
+}
+
+fn prefix(kind: Option<&String>) -> String {
+    kind.map_or(String::new(), |kind| format!("kind {kind}: "))
+}
+
+fn suffix(bytes: Option<usize>) -> String {
+    bytes.map_or(String::new(), |bytes| format!(" ({bytes} bytes)"))
 }
 
 impl From<&'static str> for Mistake {
@@ -222,6 +246,28 @@ pub enum ReadError {
     /// The file is not text.
     #[error("{0} is not text: a description is a TOML file")]
     NotText(String),
+    /// The file begins like XML, but is not XML.
+    #[error("{name}: {error}")]
+    Xml {
+        /// The name of the file.
+        name: String,
+        /// The error of the parser.
+        error: roxmltree::Error,
+    },
+    /// The XML file has no message.
+    #[error("{0} is XML without a message of MAVLink; other descriptions are TOML files")]
+    NoMessage(String),
+    /// A message of MAVLink's definition has a mistake.
+    #[error(
+        "{file}, message {name:?}: a message has a name, an id that no other message has, and fields of at most 255 bytes; a \
+         field has a name, and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]"
+    )]
+    Message {
+        /// The name of the file, which may include the file of the message.
+        file: String,
+        /// The name of the message.
+        name: String,
+    },
 }
 
 /// Values that no frame has.
@@ -246,6 +292,11 @@ pub enum EncodeError {
     /// A receiver takes the frame for a frame of another kind.
     #[error("a frame with these values would be received as a frame of another kind")]
     OtherKind,
+    /// A text cannot be made from its values.
+    #[error(
+        "missing field `{0}`: it cannot be made from other values, because no single pattern without {{}} describes it"
+    )]
+    NoText(String),
     /// Another part of the frame determines the bytes of this field.
     #[error("{0} cannot have this value: the description gives its bytes another value")]
     Determined(String),
@@ -286,6 +337,12 @@ pub enum Misfit {
     /// The value is the number of a message that is not listed.
     #[error("is no message: the description lists the messages")]
     NoMessage,
+    /// The number has no such name.
+    #[error("is neither a number nor a name: {0}")]
+    Name(UnknownName),
+    /// Numbers in this notation cannot be written.
+    #[error("cannot be written: only decimal and hex numbers in text can")]
+    NoInverse,
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),

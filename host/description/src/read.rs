@@ -10,30 +10,44 @@ use framelock_formats::layout::{
 use toml::Spanned;
 
 use crate::entries::{
-    Entries, FieldEntry, Text, TrailerEntry, ViewEntry, parsed, parsed_if_any, span,
+    Entries, FieldEntry, Patterns, Text, TrailerEntry, ViewEntry, parsed, parsed_if_any, span,
 };
 use crate::field::{Field, Type};
 use crate::kind::{Kind, LONGEST};
 use crate::layouts::{Alternatives, Layouts, OwnMessages, Parts};
 use crate::messages::sorted;
 use crate::number::NumberType;
+use crate::pattern::{Pattern, TextPlace};
 use crate::problem::{Located, Mistake, reject_if};
 use crate::read_field::{ONE_LIST, column_name};
 use crate::{checksum, layouts};
 
-/// A field, and its entries.
-type ReadField<'e> = (Field, &'e Spanned<FieldEntry>);
+/// A field, and the positions of its entry, of its offset and of its value.
+#[derive(Clone)]
+struct ReadField {
+    field: Field,
+    entry: Range<usize>,
+    at: Range<usize>,
+    value: Range<usize>,
+}
 
 impl Kind {
     /// Returns the kind with these entries. `is_one_of_many` says whether the description has several kinds.
     pub(crate) fn read(name: &str, all: &Entries, is_one_of_many: bool) -> Result<Self, Located> {
-        let fields = read_fields(&all.fields)?;
+        let sync = parsed_if_any(all.sync.as_ref(), Alternatives::parse)?.unwrap_or_default();
+        let length = length(all)?;
+        let counted = match length {
+            Length::Field(field) => field.number.end(),
+            _ => 0,
+        };
+        let text_at = counted.max(sync.length);
+        let (fields, texts) = read_fields(&all.fields, all.text.as_ref(), text_at)?;
         let (fixed, owners) = fixed_bits(&fields);
         let terminators = parsed_if_any(all.terminator.as_ref(), layouts::terminators)?;
         let (trailer, trailer_field) = all.trailer.as_ref().map(trailer).transpose()?.unzip();
         let mut parts = Parts {
-            sync: parsed_if_any(all.sync.as_ref(), Alternatives::parse)?.unwrap_or_default(),
-            length: length(all)?,
+            sync,
+            length,
             shortest: 0,
             longest: 0,
             fixed,
@@ -65,7 +79,7 @@ impl Kind {
             parts.table = Some(Box::new(crc.table_of_words()));
         }
         let checksum = parts.checksum.iter().map(|checksum| checksum.at);
-        let places = checksum.chain(fields.iter().map(|(field, _)| field.at));
+        let places = checksum.chain(fields.iter().map(|read| read.field.at));
         let end = parts.terminators[0].length.saturating_add(parts.behind);
         let from_end = places.fold(end, bytes_from_end);
         let header = layouts::header(&parts.layout());
@@ -73,21 +87,35 @@ impl Kind {
             parts.messages = distinguishing(&parts.fixed, header);
         }
         (parts.shortest, parts.longest) = bounds(all, parts.length, header + from_end)?;
+        let most = parts.layout().longest_without_trailer();
+        let (shortest, longest) = (parts.shortest, parts.longest);
         let layouts = Layouts::new(vec![parts.into()]).map_err(|contradiction| {
-            let span = span_of(contradiction.part, all, &owners);
-            Located::new(span, contradiction.message)
+            let bytes = match contradiction.part {
+                layout::Part::Longest if most < longest => Some(most),
+                layout::Part::Longest if longest < shortest => Some(shortest),
+                layout::Part::Longest | layout::Part::Shortest => Some(header + from_end),
+                _ => None,
+            };
+            let mistake = Mistake::Layout {
+                kind: is_one_of_many.then(|| name.to_owned()),
+                message: contradiction.message,
+                bytes,
+            };
+            Located::new(span_of(contradiction.part, all, &owners), mistake)
         })?;
         let known = all.messages.as_ref().map(|it| it.get_ref().known.names());
         let mut kind = Self {
             name: name.to_owned(),
             layouts,
             fields: Vec::new(),
-            ends: None,
+            room: (0, 0),
             from_end,
             views: Vec::new(),
             sign: (0, Vec::new()),
             has_truncated_zeros: all.truncated_zeros.unwrap_or(false),
             message_names: known.unwrap_or_default(),
+            texts,
+            text_at,
         };
         let views = all.views.iter();
         let views = views.map(|view| kind.view(view, &fields, trailer_field.clone()));
@@ -101,27 +129,49 @@ impl Kind {
     /// Returns the view with these entries. The kind has no fields yet. `common` are the fields of the kind.
     fn view(
         &self,
-        entry: &ViewEntry,
+        entry: &Spanned<ViewEntry>,
         common: &[ReadField],
         trailer: Option<Field>,
     ) -> Result<Self, Located> {
-        let own = read_fields(&entry.fields)?;
-        // If a view has items, the view's fields are added to the field that takes the rest of the frame. Otherwise the
-        // view's fields replace that field.
-        let has_items = own.iter().any(|(field, _)| field.item.is_some());
-        let is_common = |(field, _): &&ReadField| has_items || field.length().is_some();
-        let common = common.iter().filter(is_common);
-        let fields: Vec<ReadField> = common.cloned().chain(own).collect();
-        let sign = parsed(&entry.bytes, Alternatives::parse)?;
-        let places = fields.iter().map(|(field, _)| field.at);
+        let (span, entry) = (entry.span(), entry.get_ref());
+        let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
+        // If a view has a text, the view's fields are added to the field that takes the rest of the frame. Otherwise the
+        // view's fields replace that field. They always replace the values of the kind's text, and fields with their names.
+        let is_common = |read: &&ReadField| {
+            let field = &read.field;
+            let is_replaced = own.iter().any(|own| own.field.name == field.name);
+            field.text.is_none() && !is_replaced && (!texts.is_empty() || field.length().is_some())
+        };
+        let mut fields: Vec<ReadField> = common.iter().filter(is_common).cloned().collect();
+        let first_own = fields.len();
+        fields.extend(own);
+        let sign = match (&entry.at, &entry.bytes) {
+            (Some(at), Some(bytes)) if !bytes.get_ref().trim().is_empty() => {
+                (front(at)?, parsed(bytes, Alternatives::parse)?.bytes)
+            }
+            (None, None) if !texts.is_empty() => (self.text_at, Vec::new()),
+            _ => {
+                let rule = "a view needs what selects its frames: at and bytes, the offset and the bytes in hex, or a text";
+                return Err(Located::new(span, rule));
+            }
+        };
+        let places = fields.iter().map(|read| read.field.at);
         let mut view = Self {
             name: entry.name.clone(),
-            sign: (front(&entry.at)?, sign.bytes),
+            sign,
+            texts,
             from_end: places.fold(self.from_end, bytes_from_end),
             message_names: Vec::new(),
             ..self.clone()
         };
         view.place(&fields, trailer)?;
+        let own = view.fields[first_own..fields.len()].iter();
+        view.room = (
+            own.clone().map(|field| field.needs(1)).min().unwrap_or(0),
+            own.map(|field| field.needs(field.values()))
+                .max()
+                .unwrap_or(0),
+        );
         Ok(view)
     }
 
@@ -130,23 +180,22 @@ impl Kind {
     fn place(&mut self, fields: &[ReadField], trailer: Option<Field>) -> Result<(), Located> {
         let longest = self.layout().longest_without_trailer();
         let fixed_length = (self.layout().length == Length::Fixed).then_some(longest);
-        for (field, entry) in fields {
-            let mut field = field.clone();
+        for read in fields {
+            let mut field = read.field.clone();
             let has_bytes = field.limit(fixed_length, self.from_end);
             let rule = "no bytes of the frame are left for this field";
-            reject_if(!has_bytes, entry.span(), rule)?;
+            reject_if(!has_bytes, read.entry.clone(), rule)?;
             self.fields.push(field);
         }
         self.fields.extend(trailer.map(|mut trailer| {
             trailer.limit(fixed_length, self.from_end);
             trailer
         }));
-        self.ends = self.ends_of_fields();
         for length in [self.layout().shortest, longest] {
-            for (field, (_, entry)) in self.fields.iter().zip(fields) {
+            for (field, read) in self.fields.iter().zip(fields) {
                 let is_optional = length < longest && self.shortest_with(field).is_some();
-                // An item shares the bytes of its text.
-                if field.item.is_some() || is_optional {
+                // A value in a text shares the bytes of the text.
+                if field.text.is_some() || is_optional {
                     continue;
                 }
                 let name = || field.name.clone();
@@ -161,7 +210,7 @@ impl Kind {
                     }),
                 };
                 if let Some(mistake) = mistake {
-                    return Err(Located::new(entry.get_ref().at.span(), mistake));
+                    return Err(Located::new(read.at.clone(), mistake));
                 }
             }
         }
@@ -201,9 +250,57 @@ impl Kind {
     }
 }
 
-fn read_fields(entries: &[Spanned<FieldEntry>]) -> Result<Vec<ReadField<'_>>, Located> {
-    let read = |entry| Ok((Field::read(entry)?, entry));
-    entries.iter().map(read).collect()
+/// Reads the fields and the patterns of the text. Values of the text follow the other fields, in the order of the text.
+fn read_fields(
+    entries: &[Spanned<FieldEntry>],
+    text: Option<&Spanned<Patterns>>,
+    text_at: usize,
+) -> Result<(Vec<ReadField>, Vec<Pattern>), Located> {
+    let at = i16::try_from(text_at).expect("the header is short");
+    let text_span = span(text);
+    let texts = match text.map(Spanned::get_ref) {
+        None => &[][..],
+        Some(Patterns::One(text)) => std::slice::from_ref(text),
+        Some(Patterns::Several(texts)) => texts,
+    };
+    let patterns = texts.iter().map(|text| Pattern::parse(text));
+    let patterns = patterns.collect::<Result<Vec<_>, _>>();
+    let mut patterns = patterns.map_err(|mistake| Located::new(text_span.clone(), mistake))?;
+    let mut fields = Vec::new();
+    for entry in entries {
+        let keys = entry.get_ref();
+        let mut places = (0..).zip(&patterns).filter_map(|(pattern, parsed)| {
+            let value = parsed.position(keys.name.get_ref())?;
+            Some((at, TextPlace { pattern, value }))
+        });
+        fields.push(ReadField {
+            field: Field::read(entry, places.next())?,
+            entry: entry.span(),
+            at: span(keys.at.as_ref()),
+            value: span(keys.value.as_ref()),
+        });
+    }
+    for (pattern, parsed) in patterns.iter().enumerate() {
+        for (value, named) in parsed.values.iter().enumerate() {
+            let place = TextPlace { pattern, value };
+            let is_new = !fields.iter().any(|read| read.field.text == Some(place));
+            if let (Some(name), true) = (&named.name, is_new) {
+                fields.push(ReadField {
+                    field: Field::in_text(name.clone(), at, place),
+                    entry: text_span.clone(),
+                    at: text_span.clone(),
+                    value: 0..0,
+                });
+            }
+        }
+    }
+    fields.sort_by_key(|read| read.field.text);
+    for field in fields.iter().map(|read| &read.field) {
+        if let Some(TextPlace { pattern, value }) = field.text {
+            patterns[pattern].values[value].notation = field.notation;
+        }
+    }
+    Ok((fields, patterns))
 }
 
 /// Reads a position that is counted from the front.
@@ -306,9 +403,9 @@ fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize),
 
 /// Returns the bits that are the same in every frame, and for each entry of this list the position of its value.
 fn fixed_bits(fields: &[ReadField]) -> (Vec<FixedBits>, Vec<Range<usize>>) {
-    let constant = fields.iter().filter(|(field, _)| field.constant.is_some());
-    let bits = constant.flat_map(|(field, entry)| {
-        let span = span(entry.get_ref().value.as_ref());
+    let constant = fields.iter().filter(|read| read.field.constant.is_some());
+    let bits = constant.flat_map(|ReadField { field, value, .. }| {
+        let span = value.clone();
         let masks = field.masks(0).into_iter();
         masks.map(move |(byte, (mask, value))| {
             let byte = i16::try_from(byte).expect("a number has up to nine bytes");
@@ -325,10 +422,9 @@ fn messages(all: &Entries, fields: &[ReadField]) -> Result<Option<OwnMessages>, 
         Some(entry) => Some((number(&entry.at, &entry.r#type)?, entry.known.messages())),
         None => None,
     };
-    for (field, entry) in fields {
+    for ReadField { field, value, .. } in fields {
         if let (Type::Number(number), [_, ..]) = (field.kind, &*field.allowed) {
-            let span = span(entry.get_ref().value.as_ref());
-            reject_if(messages.is_some(), span, ONE_LIST)?;
+            reject_if(messages.is_some(), value.clone(), ONE_LIST)?;
             let known = field.allowed.iter().map(|value| KnownMessage::new(*value));
             let at = field.at.unsigned_abs().into();
             messages = Some((number.at(at), sorted(known).into()));

@@ -1,14 +1,20 @@
 //! Makes fields from the entries of a description.
 
+use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
+
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::entries::{FieldEntry, parsed, parsed_if_any, span};
 use crate::field::{Field, Type};
+use crate::hex;
 use crate::kind::LONGEST;
+use crate::notation::Notation;
 use crate::number::{Class, NumberType};
+use crate::pattern::TextPlace;
 use crate::problem::{Located, Mistake, reject_if};
-use crate::value::{Decimal, Scale};
+use crate::value::{Decimal, Scale, Value};
 
 /// The rule for a list of values.
 pub(crate) const ONE_LIST: &str = "only one field can have a list of values, and only without messages: an unsigned \
@@ -28,7 +34,36 @@ impl Values {
     }
 }
 
+/// The number that means that there is no value.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "a missing value is a number")]
+pub(crate) enum Missing {
+    Unsigned(u64),
+    Signed(i64),
+    Float(f64),
+}
+
 impl Type {
+    /// Returns whether the values of this type may have this notation.
+    fn may_have(self, notation: Notation) -> bool {
+        use Notation::{
+            Bcd, Clock, Date, Decimal, Degrees, Float, Hex, Magnitude, SignMagnitude, Signed, Text,
+            Unsigned,
+        };
+        match notation {
+            Unsigned | Signed | SignMagnitude | Magnitude | Bcd => match self {
+                Self::Number(number) => number.class != Class::Float,
+                kind => matches!(kind, Self::Bits { .. }),
+            },
+            Hex => match self {
+                Self::Number(number) => number.class != Class::Float,
+                kind => kind == Self::Text,
+            },
+            Decimal | Degrees | Clock | Date | Text => self == Self::Text,
+            Float => false,
+        }
+    }
+
     fn parse(name: &str) -> Result<Self, Mistake> {
         Ok(match name {
             "bytes" => Self::Bytes,
@@ -39,23 +74,62 @@ impl Type {
 }
 
 impl Field {
-    /// Returns the field with these entries.
-    pub(crate) fn read(entry: &Spanned<FieldEntry>) -> Result<Self, Located> {
+    /// Returns the field of a decimal number in a text. The text begins at index `at` of the frame.
+    pub(crate) fn in_text(name: String, at: i16, place: TextPlace) -> Self {
+        Self {
+            name,
+            at,
+            kind: Type::Text,
+            notation: Notation::Decimal,
+            text: Some(place),
+            ..Self::default()
+        }
+    }
+
+    /// Returns the field with these entries. `in_text` is the beginning of the frame's text and the place of the field
+    /// in the text, if a pattern of the text has the field's name.
+    pub(crate) fn read(
+        entry: &Spanned<FieldEntry>,
+        in_text: Option<(i16, TextPlace)>,
+    ) -> Result<Self, Located> {
         let (span, entry) = (entry.span(), entry.get_ref());
-        let kind = match (
-            parsed_if_any(entry.r#type.as_ref(), Type::parse)?,
-            entry.bits,
-        ) {
-            (Some(kind), None) => kind,
-            (None, Some(width @ 1..=64)) => Type::Bits {
-                first: entry.bit.into(),
-                width,
+        let name = parsed(&entry.name, column_name)?;
+        let has_place = entry.at.is_some() || entry.r#type.is_some() || entry.bits.is_some();
+        let found = match (in_text, &entry.at) {
+            (Some((at, place)), None) if !has_place => Self::in_text(name, at, place),
+            (Some(_), _) => {
+                let rule = "the text has a place for this field: leave at, type and bits out";
+                return Err(Located::new(span, rule));
+            }
+            (None, Some(at)) => Self {
+                name,
+                at: *at.get_ref(),
+                kind: read_type(entry, span)?,
+                ..Self::default()
             },
-            _ => {
-                let rule = "a field must have either a type, or bits from 1 to 64";
+            (None, None) => {
+                let rule = "a field must have a place: give at, or write the field's name into a text, as in text = \"A{x}\"";
                 return Err(Located::new(span, rule));
             }
         };
+        let default = match found.kind {
+            _ if found.text.is_some() => Notation::Decimal,
+            Type::Number(number) => match number.class {
+                Class::Unsigned => Notation::Unsigned,
+                Class::Signed => Notation::Signed,
+                Class::Float => Notation::Float,
+            },
+            Type::Bits { .. } => Notation::Unsigned,
+            Type::Bytes | Type::Text => Notation::Text,
+        };
+        let given = entry.notation.as_ref().map(|notation| *notation.get_ref());
+        let notation = given.unwrap_or(default);
+        reject_if(
+            given.is_some() && !found.kind.may_have(notation),
+            crate::entries::span(entry.notation.as_ref()),
+            "whole numbers may have the notations unsigned, signed, sign-magnitude, magnitude, bcd and hex, bits the same except hex, \
+             and text decimal, hex, degrees, clock, date and text",
+        )?;
         let [factor, offset] = [&entry.scale, &entry.offset].map(Option::as_ref);
         let scale = factor.or(offset).map(|_| {
             let [factor, offset] = [factor, offset].map(|it| it.map(|it| *it.get_ref()));
@@ -66,15 +140,25 @@ impl Field {
             Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())
         });
         let field = Self {
-            name: parsed(&entry.name, column_name)?,
-            at: *entry.at.get_ref(),
-            kind,
+            notation,
+            decimals: entry.decimals.as_ref().map(|decimals| *decimals.get_ref()),
+            names: entry
+                .names
+                .as_ref()
+                .map(names)
+                .transpose()?
+                .unwrap_or_default(),
+            missing: entry
+                .missing
+                .as_ref()
+                .map(|missing| missing_value(missing, notation))
+                .transpose()?,
+            padding: parsed_if_any(entry.padding.as_ref(), padding)?,
             count: entry.count.as_ref().map(|count| *count.get_ref()),
             mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
             scale,
             unit: parsed_if_any(entry.unit.as_ref(), unit)?,
-            item: entry.item.as_ref().map(|item| *item.get_ref()),
-            ..Self::default()
+            ..found
         };
         field.check(entry)?;
         match &entry.value {
@@ -96,7 +180,7 @@ impl Field {
 
     /// Checks that each entry suits the field's type.
     fn check(&self, entry: &FieldEntry) -> Result<(), Located> {
-        let (whole, is_bits) = (self.whole_number(), matches!(self.kind, Type::Bits { .. }));
+        let whole = self.whole_number();
         let is_out = |number: usize| !(1..=LONGEST).contains(&number);
         let what = "a count";
         let most = LONGEST;
@@ -113,9 +197,51 @@ impl Field {
             "only a whole number can have a mask, and the mask must have some of its bits",
         )?;
         reject_if(
-            self.scale.is_some() && whole.is_none() && !is_bits,
+            self.scale.is_some() && !self.is_decimal(),
             span(entry.scale.as_ref().or(entry.offset.as_ref())),
-            "only a whole number can have a scale and an offset",
+            "only a whole number and a number in text can have a scale and an offset",
+        )?;
+        reject_if(
+            !self.names.is_empty() && !self.is_decimal(),
+            span(entry.names.as_ref()),
+            "only a whole number and a number in text can have names",
+        )?;
+        reject_if(
+            self.missing.is_some() && self.is_text(),
+            span(entry.missing.as_ref()),
+            "only a number can be missing",
+        )?;
+        reject_if(
+            self.missing.is_some()
+                && !self.is_bytes()
+                && self.to_bits(&serde_json::Value::Null).is_err(),
+            span(entry.missing.as_ref()),
+            "this value does not fit the field",
+        )?;
+        reject_if(
+            self.mask.is_some() && self.notation == Notation::Hex,
+            span(entry.mask.as_ref()),
+            "hex digits cannot have a mask",
+        )?;
+        reject_if(
+            self.padding.is_some() && (self.kind != Type::Text || self.text.is_some()),
+            span(entry.padding.as_ref()),
+            "only text with a type can have padding",
+        )?;
+        let most = 9;
+        let what = "the number of decimals";
+        reject_if(
+            self.decimals.is_some_and(|decimals| decimals > most),
+            span(entry.decimals.as_ref()),
+            Mistake::OutOfRange {
+                what,
+                most: most as usize,
+            },
+        )?;
+        reject_if(
+            self.decimals.is_some() && self.notation != Notation::Decimal,
+            span(entry.decimals.as_ref()),
+            "only a decimal number in text can have decimals",
         )?;
         reject_if(
             self.scale.as_ref().is_some_and(|scale| scale.factor == 0),
@@ -123,13 +249,14 @@ impl Field {
             "a scale must not be 0",
         )?;
         reject_if(
-            self.item.is_some() && self.kind != Type::Text,
+            entry.item.is_some(),
             span(entry.item.as_ref()),
-            "only text can have an item",
+            "item is now a pattern: give the view text = \"{},{x}\", where each comma ends a value and {x} is the field x, and \
+             give the field its notation, instead of at, type and item",
         )?;
         reject_if(
             self.at < 0 && self.length().is_none(),
-            entry.at.span(),
+            span(entry.at.as_ref()),
             "a field that takes the rest of the frame must be counted from the front: change at, or give a count",
         )
     }
@@ -138,7 +265,7 @@ impl Field {
     fn with(self, value: &Values) -> Result<Self, Mistake> {
         match value {
             Values::One(number) => match self.to_bits(&(*number).into()) {
-                Ok(bits) if !self.is_array() && !self.is_text() => Ok(Self {
+                Ok(bits) if !self.is_array() && !self.is_bytes() => Ok(Self {
                     constant: Some(bits),
                     ..self
                 }),
@@ -156,6 +283,57 @@ impl Field {
                 Ok(Self { allowed, ..self })
             }
         }
+    }
+}
+
+/// Reads the type, or the bits, of a field with a place.
+fn read_type(entry: &FieldEntry, span: Range<usize>) -> Result<Type, Located> {
+    let kind = parsed_if_any(entry.r#type.as_ref(), Type::parse)?;
+    match (kind, entry.bits) {
+        (Some(kind), None) => Ok(kind),
+        (None, Some(width @ 1..=64)) => Ok(Type::Bits {
+            first: entry.bit.unwrap_or(0).into(),
+            width,
+        }),
+        _ => {
+            let rule = "a field must have either a type, or bits from 1 to 64";
+            Err(Located::new(span, rule))
+        }
+    }
+}
+
+/// Reads the names of numbers. A cell of a table that is not a number must mean one number.
+fn names(entry: &Spanned<BTreeMap<String, String>>) -> Result<Vec<(i64, String)>, Located> {
+    let mut used = HashSet::new();
+    let mut names = Vec::new();
+    for (number, name) in entry.get_ref() {
+        let is_name = !name.is_empty() && name.parse::<f64>().is_err() && used.insert(name);
+        let number = number.parse().ok().filter(|_| is_name);
+        let rule = "names are like { 0 = \"off\", 1 = \"on\" }: whole numbers, each with another name that is no number";
+        let number = number.ok_or_else(|| Located::new(entry.span(), rule))?;
+        names.push((number, name.clone()));
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn missing_value(entry: &Spanned<Missing>, notation: Notation) -> Result<Value<'static>, Located> {
+    Ok(match *entry.get_ref() {
+        Missing::Unsigned(number) => Value::Unsigned(number),
+        Missing::Signed(number) => Value::Signed(number),
+        Missing::Float(number) if notation == Notation::Float => Value::Double(number),
+        Missing::Float(number) => {
+            let number = Decimal::try_from(number);
+            let number = number.map_err(|rule| Located::new(entry.span(), rule))?;
+            Value::Decimal(number.digits.into(), number.decimals)
+        }
+    })
+}
+
+fn padding(text: &str) -> Result<u8, Mistake> {
+    match &*hex::parse(&[text])? {
+        &[byte] => Ok(byte),
+        _ => Err("padding is one byte in hex: \"00\" or \"20\" for example".into()),
     }
 }
 

@@ -7,27 +7,22 @@ use serde_json::Value as Json;
 const QUOTED: usize = 40;
 
 /// Appends bytes that may be text. Bytes that are not printable, or not UTF-8, are escaped as in `\x1B`. A backslash
-/// becomes `\\`, and a blank at either end becomes `\x20`. [`unescaped`] restores the same bytes.
+/// becomes `\\`. [`unescaped`] restores the same bytes.
 pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
-    let is_plain = |byte: &u8| matches!(byte, b'!'..=b'~') && *byte != b'\\';
+    let is_plain = |byte: &u8| matches!(byte, b' '..=b'~') && *byte != b'\\';
     if bytes.iter().all(is_plain) {
         return into.extend(bytes);
     }
-    let inner = bytes.len() - 1;
-    let mut at = 0;
     for chunk in bytes.utf8_chunks() {
         for c in chunk.valid().chars() {
             match c {
                 '\\' => into.extend(br"\\"),
-                ' ' if at == 0 || at == inner => escape_char(c, into),
                 '"' | '\'' => into.push(c as u8),
                 _ if c.escape_debug().len() == 1 => append_char(c, into),
                 _ => escape_char(c, into),
             }
-            at += c.len_utf8();
         }
         escape_each(chunk.invalid(), into);
-        at += chunk.invalid().len();
     }
 }
 
@@ -149,8 +144,7 @@ mod tests {
             (b"\x1B[2J\x07", "\\x1B[2J\\x07"),
             (b"a\\b\r\n", "a\\\\b\\x0D\\x0A"),
             (b"\xFF\xC3", "\\xFF\\xC3"),
-            (b" a b ", "\\x20a b\\x20"),
-            (b" ", "\\x20"),
+            (b" a b ", " a b "),
             (b"", ""),
             // 8-bit control codes, and characters that change the direction of writing.
             ("\u{9B}2J\u{202E}".as_bytes(), "\\xC2\\x9B2J\\xE2\\x80\\xAE"),

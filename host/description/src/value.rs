@@ -15,14 +15,18 @@ pub enum Value<'a> {
     Unsigned(u64),
     /// A signed number.
     Signed(i64),
-    /// A floating-point number.
+    /// A floating-point number of 32 bits.
     Float(f32),
+    /// A floating-point number of 64 bits.
+    Double(f64),
     /// A decimal number: its digits, and the number of digits after the decimal point.
     Decimal(i128, u32),
     /// Bytes, shown in hex.
     Bytes(&'a [u8]),
     /// Text.
     Text(&'a [u8]),
+    /// No value: the frame says so, or its bytes are not a number.
+    Missing,
 }
 
 impl Value<'_> {
@@ -41,6 +45,7 @@ impl Value<'_> {
             // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. After a conversion to 64 bits, 0.1 would
             // be written as 0.10000000149011612.
             Self::Float(number) => write!(row, "{number:?}").expect("a vector takes any text"),
+            Self::Double(number) => write!(row, "{number:?}").expect("a vector takes any text"),
             Self::Decimal(number, decimals) => append_decimal(*number, *decimals, row),
             Self::Bytes(bytes) => {
                 // The prefix is `x`. Without a prefix, some programs would read 0600 and 1E05 as numbers. With the
@@ -49,6 +54,7 @@ impl Value<'_> {
                 text::append_hex(bytes, row);
             }
             Self::Text(bytes) => text::escape(bytes, row),
+            Self::Missing => {}
             Self::Signed(number) => {
                 if *number < 0 {
                     row.push(b'-');
@@ -59,18 +65,48 @@ impl Value<'_> {
         }
     }
 
-    /// Appends the value as JSON. JSON has neither NaN nor infinities. Writes `null` for NaN, and 1e39 for infinity,
-    /// because 1e39 exceeds the range of 32-bit numbers.
+    /// Appends the value as JSON. JSON has neither NaN nor infinities. Writes `null` for NaN, and for infinity a number
+    /// that exceeds the range: 1e39 for 32-bit numbers, 1e309 for 64-bit numbers.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
         match self {
             Self::Bytes(_) | Self::Text(_) => {
                 serde_json::to_writer(row, &self.to_string()).expect("a vector takes any text");
             }
+            Self::Missing => row.extend(b"null"),
+            Self::Double(number) if number.is_nan() => row.extend(b"null"),
+            Self::Double(f64::INFINITY) => row.extend(b"1e309"),
+            Self::Double(f64::NEG_INFINITY) => row.extend(b"-1e309"),
             Self::Float(number) if number.is_nan() => row.extend(b"null"),
             Self::Float(f32::INFINITY) => row.extend(b"1e39"),
             Self::Float(f32::NEG_INFINITY) => row.extend(b"-1e39"),
             _ => self.append_to(row),
+        }
+    }
+
+    /// Returns the digits of a number as an integer, and the number of decimals.
+    #[must_use]
+    pub(crate) fn digits(self) -> Option<(i128, u32)> {
+        match self {
+            Self::Unsigned(number) => Some((number.into(), 0)),
+            Self::Signed(number) => Some((number.into(), 0)),
+            Self::Decimal(number, decimals) => Some((number, decimals)),
+            _ => None,
+        }
+    }
+
+    /// Returns whether two values are the same number. NaN is the same as NaN.
+    pub(crate) fn is_same(self, other: Value) -> bool {
+        let float = |value: Value| match value {
+            Value::Float(number) => Some(f64::from(number)),
+            Value::Double(number) => Some(number),
+            value => value.digits().and_then(|_| value.to_string().parse().ok()),
+        };
+        match (self.digits(), other.digits()) {
+            (Some((one, 0)), Some((two, 0))) => one == two,
+            _ => float(self)
+                .zip(float(other))
+                .is_some_and(|(one, two)| one - two == 0.0 || one.is_nan() && two.is_nan()),
         }
     }
 
@@ -266,12 +302,21 @@ impl Scale {
         if let (Some(number), Some((factor, offset))) = (small, self.small) {
             return Value::Decimal((number * factor + offset).into(), self.decimals);
         }
-        let number = match *number {
-            Value::Unsigned(number) => number.into(),
-            Value::Signed(number) => number.into(),
-            _ => 0,
+        let Some((digits, decimals)) = number.digits() else {
+            return Value::Missing;
         };
-        Value::Decimal(self.shown(number), self.decimals)
+        let scale = self.with_decimals(decimals);
+        Value::Decimal(scale.shown(digits), scale.decimals)
+    }
+
+    /// Returns the scale for numbers that are multiplied by ten to the power of `decimals`.
+    pub(crate) fn with_decimals(&self, decimals: u32) -> Self {
+        Self {
+            offset: self.offset.saturating_mul(10_i128.pow(decimals)),
+            decimals: self.decimals + decimals,
+            small: None,
+            ..*self
+        }
     }
 
     fn shown(&self, number: i128) -> i128 {

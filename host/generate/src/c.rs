@@ -64,26 +64,23 @@ pub(crate) fn value(layout: &CheckedLayout, table: CrcTable) -> Value {
         Length::Field(field) => limits(layout, &field),
         _ => (None, None),
     };
-    let messages = layout.messages.map(|it| messages(it.known, layout));
-    context! { crc, least, most, messages }
+    let known = layout.messages.map_or(&[][..], |it| it.known);
+    context! { crc, least, most, ..messages(known, layout) }
 }
 
 /// Returns the columns of a table of messages. Leaves out a column that no frame depends on.
 fn messages(known: &[KnownMessage], layout: &Layout) -> Value {
-    let longest = known
-        .iter()
-        .map(|message| u32::from(message.longest_payload));
+    let longest = known.iter().map(|it| u32::from(it.longest_payload));
     let is_limited = match layout.length {
         Length::Field(field) => longest.clone().any(|longest| longest < greatest(&field)),
         _ => false,
     };
     // No byte is 256.
-    let extra = known
-        .iter()
-        .map(|message| message.extra.map_or(0x100, u16::from));
+    let extra = known.iter().map(|it| it.extra.map_or(0x100, u16::from));
     let has_extra = layout.checksum.is_some() && extra.clone().any(|extra| extra < 0x100);
     context! {
-        numbers => known.iter().map(|message| message.number).collect::<Vec<_>>(),
+        messages => known.iter().map(|message| message.number).collect::<Vec<_>>(),
+        message_type => smallest_type(2 * known.len() as u64),
         longest => is_limited.then(|| longest.collect::<Vec<_>>()),
         all_extra => extra.clone().all(|extra| extra < 0x100),
         extra => has_extra.then(|| extra.collect::<Vec<_>>()),
@@ -104,14 +101,12 @@ fn limits(layout: &Layout, field: &LengthField) -> (Option<i64>, Option<i64>) {
             ByteOrder::Little => bytes.iter().rev().fold(0, add),
             ByteOrder::Big => bytes.iter().fold(0, add),
         };
-        Some(i64::from(number & field.mask))
+        Some(i64::from(field.value(number)))
     });
     let in_sync: Vec<i64> = in_sync.collect();
-    let smallest = in_sync.iter().min().map_or(0, |smallest| *smallest);
-    let greatest = in_sync
-        .iter()
-        .max()
-        .map_or(greatest(field).into(), |greatest| *greatest);
+    let smallest = in_sync.iter().copied().min().unwrap_or(0);
+    let greatest_in_sync = in_sync.iter().copied().max();
+    let greatest = greatest_in_sync.unwrap_or(greatest(field).into());
     (
         Some(least).filter(|least| smallest < *least),
         Some(most).filter(|most| *most < greatest),
@@ -126,41 +121,34 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         9..=16 => 16,
         _ => 32,
     };
-    let aligned = |value: u32| {
-        let highest = value << (32 - crc.width);
+    // Moves the bits of a register in which the highest bit is processed first to their places in the C code.
+    let placed = |register: u32| {
         if crc.reflected_in {
-            highest.reverse_bits()
+            register.reverse_bits()
         } else {
-            highest >> (32 - bits)
+            register >> (32 - bits)
         }
     };
-    let polynomial = aligned(crc.polynomial);
-    let (index_bits, count) = match table {
+    let unused = 32 - crc.width;
+    let polynomial = crc.polynomial << unused;
+    let (step, count) = match table {
         CrcTable::Nibbles => (4, 16),
         CrcTable::Bytes => (8, 256),
     };
-    let shifted = |register: u32| {
-        if crc.reflected_in {
-            (register >> 1, register & 1 == 1)
-        } else {
-            (register << 1, register >> (bits - 1) & 1 == 1)
-        }
-    };
     let entry = |index: u32| {
-        let aligned_index = if crc.reflected_in {
-            index
+        let first = if crc.reflected_in {
+            index.reverse_bits()
         } else {
-            index << (bits - index_bits)
+            index << (32 - step)
         };
-        let remainder = (0..index_bits).fold(aligned_index, |register, _| {
-            let (rest, is_divided) = shifted(register);
-            rest ^ if is_divided { polynomial } else { 0 }
+        let remainder = (0..step).fold(first, |register, _| {
+            (register << 1) ^ if register >> 31 == 1 { polynomial } else { 0 }
         });
-        remainder & (u32::MAX >> (32 - bits))
+        placed(remainder)
     };
     context! {
         bits,
-        initial => aligned(crc.initial),
+        initial => placed(crc.initial << unused),
         // The number of bits by which the result is shifted at the end.
         unused => if crc.reflected_in { 0 } else { bits - crc.width },
         with_bytes => table == CrcTable::Bytes,
@@ -182,4 +170,14 @@ pub(crate) fn rows(numbers: Vec<u64>) -> String {
         .chunks(in_row)
         .map(|row| row.iter().map(entry).collect::<Vec<_>>().join(", "));
     rows.collect::<Vec<_>>().join(",\n    ")
+}
+
+/// Returns two arguments in C: bytes as a literal, and their number.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
+pub(crate) fn text(bytes: Vec<u8>) -> String {
+    let escaped = bytes.iter().map(|byte| match byte {
+        b' '..=b'~' if !b"\"\\?".contains(byte) => char::from(*byte).to_string(),
+        _ => format!("\\{byte:03o}"),
+    });
+    format!("\"{}\", {}U", escaped.collect::<String>(), bytes.len())
 }

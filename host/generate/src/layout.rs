@@ -48,20 +48,13 @@ pub(crate) fn packets(stuffing: Stuffing) -> Value {
         Stuffing::Escape {
             delimiter,
             escape,
-            codes: Codes::Xor(xor),
+            codes,
         } => {
-            context! { kind => "escape", delimiter, escape, xor }
-        }
-        Stuffing::Escape {
-            delimiter,
-            escape,
-            codes:
-                Codes::Pair {
-                    delimiter: delimiter_code,
-                    escape: escape_code,
-                },
-        } => {
-            context! { kind => "escape", delimiter, escape, xor => (), delimiter_code, escape_code }
+            let (xor, codes) = match codes {
+                Codes::Xor(xor) => (Some(xor), None),
+                Codes::Pair { delimiter, escape } => (None, Some((delimiter, escape))),
+            };
+            context! { kind => "escape", delimiter, escape, xor, codes }
         }
         Stuffing::Cobs => context! { kind => "cobs", delimiter => 0 },
         Stuffing::Doubled { escape, start, end } => {
@@ -93,13 +86,14 @@ fn patterns(patterns: &Patterns) -> Value {
 
 /// Returns the greatest value of a length field.
 pub(crate) fn greatest(field: &LengthField) -> u32 {
-    field.mask & (u32::MAX >> (32 - 8 * field.number.bytes))
+    field.value(u32::MAX >> (32 - 8 * field.number.bytes))
 }
 
 fn length_field(field: &LengthField) -> Value {
     context! {
         number => number(&field.number),
         mask => field.mask,
+        shift => field.mask.trailing_zeros(),
         greatest => greatest(field),
         factor => field.factor,
         plus => field.plus,
@@ -127,17 +121,13 @@ fn checksum(checksum: &Checksum) -> Value {
         Algorithm::Crc(parameters) => ("Crc".to_owned(), Some(crc(parameters))),
         other => (format!("{other:?}"), None),
     };
-    // A sum with all bits inverted, and a negated sum.
     let all = u32::MAX >> (32 - 8 * checksum.bytes);
-    let is_complement = algorithm == "Sum" && checksum.xor_out == all;
     context! {
         algorithm,
         crc,
         initial => checksum.initial & all,
         xor_out => checksum.xor_out & all,
         over_hex_digits => checksum.over_hex_digits,
-        is_inverted => is_complement && checksum.initial == 0,
-        is_negated => is_complement && checksum.initial == all,
         bytes => checksum.bytes,
         encoding => format!("{:?}", checksum.encoding),
         order => if checksum.encoding == Encoding::Big { "be" } else { "le" },

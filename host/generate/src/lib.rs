@@ -4,7 +4,6 @@
 //! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each language
 //! has a template, which walks this plan and contains the text of the program. `c` computes what only C needs.
 #![forbid(unsafe_code)]
-#![allow(clippy::format_push_string, reason = "speed does not matter here")]
 
 mod c;
 mod layout;
@@ -14,7 +13,7 @@ mod render;
 use std::collections::HashSet;
 
 use framelock::Format as _;
-use framelock_description::{Class, Description, Field, Kind, Type};
+use framelock_description::{Class, Description, Field, Kind, Notation, Pattern, Type};
 use framelock_formats::layout::{CheckedLayout, Length};
 use minijinja::{Value, context};
 use serde::Serialize;
@@ -35,11 +34,8 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
-    let layouts: Vec<CheckedLayout> = description
-        .kinds
-        .iter()
-        .map(|kind| *kind.layout())
-        .collect();
+    let layouts = description.kinds.iter().map(|kind| *kind.layout());
+    let layouts: Vec<CheckedLayout> = layouts.collect();
     for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
         kind.in_c = c::value(layout, table);
     }
@@ -62,6 +58,8 @@ struct Program {
     /// The stuffing, if the frames are packets.
     packets: Value,
     has_kinds: bool,
+    /// Whether values may be unreadable in some kind of frames.
+    may_fail: bool,
     kinds: Vec<KindItem>,
 }
 
@@ -86,6 +84,16 @@ struct KindItem {
     multiple: Option<(usize, usize)>,
     /// The zero bytes that the sender leaves out; `None` if it leaves out none.
     zeros: Option<Zeros>,
+    /// The patterns of the text.
+    texts: Vec<Value>,
+    /// The index of the first byte of the text.
+    text_at: usize,
+    /// The number of bytes at the end of a frame that are counted from the end.
+    from_end: usize,
+    /// Whether the values may be unreadable.
+    may_fail: bool,
+    /// Whether the pattern says which bytes to write.
+    may_encode: bool,
 }
 
 /// The zero bytes at the end of the payload that the sender leaves out.
@@ -93,8 +101,6 @@ struct KindItem {
 struct Zeros {
     /// The index of the first byte that may be left out.
     first: usize,
-    /// The number of bytes that follow the payload in a frame without its trailer.
-    margin: usize,
     /// Whether `encode` leaves out these zero bytes. `encode` writes the zero bytes if a field takes the rest of the
     /// frame, or if some lengths are not possible.
     are_left_out: bool,
@@ -104,6 +110,8 @@ struct Zeros {
 #[derive(Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
 struct Item {
+    /// The field's name in the description.
+    described_name: String,
     /// The field's name in the program.
     name: String,
     /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
@@ -127,10 +135,18 @@ struct Item {
     count: Option<usize>,
     /// The smallest Rust type that holds the number.
     number: String,
-    /// The number of bits in this type.
-    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
+    /// The name of the number of values, if a shorter frame may have fewer of them.
+    values: Option<String>,
+    /// Whether the field is a value in the text of the frame.
+    in_text: bool,
+    /// The notation of the value, as the description names it.
+    notation: String,
+    /// The number of decimals of a number in decimal notation.
+    decimals: u32,
+    /// Whether the bytes of the field may be no number in its notation.
+    is_fallible: bool,
     /// The number of bytes in a number.
     bytes: usize,
     /// The encoding of a number: `le`, `be`, or `bits` for a bit field.
@@ -139,6 +155,8 @@ struct Item {
     first: Option<usize>,
     /// The number of bits in the value.
     width: usize,
+    /// The number of bits that the value takes in a frame.
+    bits: usize,
     mask: Option<u64>,
     /// The index of the mask's lowest bit.
     shift: u32,
@@ -147,6 +165,7 @@ struct Item {
 impl Program {
     fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
         let has_kinds = description.kinds.len() > 1;
+        let packets = description.format().packets();
         let mut reserved = language.reserved();
         let kinds = description.kinds.iter().map(|kind| {
             let name = if has_kinds {
@@ -156,17 +175,16 @@ impl Program {
             };
             KindItem::new(kind, name, language)
         });
+        let kinds: Vec<KindItem> = kinds.collect();
         Self {
             name: module(name),
             command: one_line(command),
             version: env!("CARGO_PKG_VERSION"),
             longest: description.format().longest(),
-            packets: description
-                .format()
-                .packets()
-                .map_or(().into(), layout::packets),
+            packets: packets.map_or(().into(), layout::packets),
             has_kinds,
-            kinds: kinds.collect(),
+            may_fail: kinds.iter().any(|kind| kind.may_fail),
+            kinds,
         }
     }
 }
@@ -184,16 +202,27 @@ impl KindItem {
         let least = kind.least_length(always.filter_map(|field| field.end(0)));
         let start = least.max(kind.layout().shortest);
         let mut used = language.keywords();
-        let items = kind.varying_fields().map(|field| {
+        let items = kind
+            .varying_fields()
+            .filter(|field| !is_repeated(kind, field));
+        let items = items.map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
+            let has_place = field.text.is_none();
+            let needs = kind.shortest_with(field);
+            let needs = needs.filter(|_| has_place && !is_cut(field));
+            let item = Item::new(field, &mut used);
+            let has_fewer = needs.is_some() && item.is_array;
+            let values = has_fewer.then(|| free(&format!("{}_count", item.name), &mut used));
             Item {
-                least: least.filter(|least| !is_fixed && may_be_longer(least)),
-                needs: kind.shortest_with(field).filter(|_| !is_cut(field)),
-                ..Item::new(field, &mut used)
+                least: least.filter(|least| has_place && !is_fixed && may_be_longer(least)),
+                needs: needs.filter(|_| values.is_none()),
+                values,
+                ..item
             }
         });
         let items: Vec<Item> = items.collect();
+        let mut in_text = kind.texts.iter().flat_map(|text| &text.values);
         Self {
             described_name: kind.name.clone(),
             name,
@@ -205,12 +234,37 @@ impl KindItem {
             multiple: kind.multiple(),
             zeros: kind.varying_fields().any(is_cut).then(|| Zeros {
                 first: kind.first_zero(),
-                margin: kind.from_end,
                 are_left_out: kind.multiple().is_none()
                     && kind.fields.iter().all(|field| field.length().is_some()),
             }),
+            may_fail: !kind.texts.is_empty() || kind.fields.iter().any(is_fallible),
+            may_encode: kind.texts.len() < 2 && in_text.all(|value| value.name.is_some()),
+            texts: kind.texts.iter().map(text).collect(),
+            text_at: kind.text_at,
+            from_end: kind.from_end,
         }
     }
+}
+
+/// Returns whether a text is a part of a field that takes the rest of the frame. Generated code has only that field.
+#[must_use]
+pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
+    let fields = kind.fields.iter();
+    let mut others = fields.filter(|it| it.text.is_none() && it.at >= 0);
+    let has_whole = others.any(|it| it.is_bytes() && it.count.is_none() && it.at <= field.at);
+    has_whole && field.is_bytes() && field.count.is_some() && !field.is_appended
+}
+
+/// Returns whether the bytes of a field may be no number in the field's notation.
+fn is_fallible(field: &Field) -> bool {
+    !field.is_bytes() && matches!(field.notation, Notation::Hex | Notation::Bcd)
+}
+
+/// Returns the template values for a pattern of a text.
+fn text(text: &Pattern) -> Value {
+    let values = text.values.iter();
+    let values = values.map(|value| context! { name => value.name, after => value.after });
+    context! { first => text.first, values => values.collect::<Vec<_>>() }
 }
 
 impl Item {
@@ -221,32 +275,43 @@ impl Item {
             Type::Bits { first, .. } => (0, "bits", Some(first)),
             Type::Bytes | Type::Text => (0, "", None),
         };
+        let has_pattern = field.text.is_some();
+        let is_text = field.is_bytes()
+            && !(has_pattern && matches!(field.notation, Notation::Decimal | Notation::Hex));
         let class = match field.class() {
+            Class::Signed if is_text => 'u',
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
         };
-        let width = field.value_width();
+        let width = if has_pattern { 32 } else { field.value_width() };
+        let digits = 1 + usize::from(field.notation == Notation::Hex);
         let type_width = width.next_power_of_two().max(8);
         Self {
+            described_name: field.name.clone(),
             name: free(&names::words(&field.name).join("_"), used),
             needs: None,
             least: None,
             at: field.at,
             margin: field.margin,
             meaning: meaning(field),
-            is_text: field.is_text(),
-            is_rest: field.length().is_none(),
+            is_text,
+            is_rest: is_text && field.length().is_none(),
             is_array: field.is_array(),
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
-            type_width,
-            is_narrow_signed: field.class() == Class::Signed && width < type_width,
+            is_narrow_signed: class == 'i' && width < type_width,
+            values: None,
+            in_text: has_pattern,
+            notation: format!("{:?}", field.notation),
+            decimals: field.decimals.unwrap_or_default(),
+            is_fallible: is_fallible(field),
             bytes,
             encoding,
             first,
             width,
+            bits: first.map_or(8 * bytes * digits, |_| width),
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
         }
@@ -255,22 +320,36 @@ impl Item {
 
 /// Returns the position and the meaning of a field, for a comment.
 fn meaning(field: &Field) -> String {
-    let mut meaning = match field.kind {
+    let place = match field.kind {
         _ if field.is_appended => "After the frame".to_owned(),
+        _ if field.text.is_some() => "In the text".to_owned(),
         Type::Bits { first, width: 1 } => format!("At {}, bit {first}: 1 bit", field.at),
         Type::Bits { first, width } => format!("At {}, bit {first}: {width} bits", field.at),
         Type::Number(number) => format!("At {}: {number}", field.at),
         Type::Bytes => format!("At {}: bytes", field.at),
         Type::Text => format!("At {}: text", field.at),
     };
-    if let Some(mask) = field.mask {
-        meaning += &format!(", mask {mask:#X}");
-    }
-    if let Some(scale) = &field.scale {
-        meaning += &format!("; times {scale}");
-    }
-    if let Some(unit) = &field.unit {
-        meaning += &format!("; in `{}`", one_line(unit));
-    }
-    meaning + "."
+    let notation = match field.notation {
+        Notation::SignMagnitude => Some(", sign and magnitude"),
+        Notation::Bcd => Some(", BCD"),
+        Notation::Hex => Some(", hex digits"),
+        _ => None,
+    };
+    let decimals = field.decimals.filter(|decimals| *decimals > 0);
+    let (scale, unit) = (field.scale.as_ref(), field.unit.as_ref());
+    let parts = [
+        field.mask.map(|mask| format!(", mask {mask:#X}")),
+        notation.map(str::to_owned),
+        decimals.map(|decimals| format!(", times 10^{decimals}")),
+        scale.map(|scale| format!("; times {scale}")),
+        unit.map(|unit| format!("; in `{}`", one_line(unit))),
+    ];
+    let names = field
+        .names
+        .iter()
+        .map(|(number, name)| format!("; {number}: {}", one_line(name)));
+    let missing = field.missing.as_ref();
+    let missing = missing.map(|missing| format!("; {missing}: no value"));
+    let parts = parts.into_iter().flatten().chain(names).chain(missing);
+    place + &parts.collect::<String>() + "."
 }

@@ -1,6 +1,6 @@
 //! Renders the templates of Rust modules and C headers.
 
-use minijinja::{Environment, Error, UndefinedBehavior, Value};
+use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::c;
 
@@ -46,11 +46,7 @@ fn template_of(part: &str) -> String {
 }
 
 /// Renders a template. Replaces the line `HELPERS` by the helper functions that the program calls.
-pub(crate) fn source(program: &Value, template: Template) -> String {
-    try_source(program, template).unwrap_or_else(|error| unreachable!("in a template: {error:#}"))
-}
-
-fn try_source(program: &Value, (template, helpers): Template) -> Result<String, Error> {
+pub(crate) fn source(program: &Value, (template, helpers): Template) -> String {
     let engine = ENGINE.map(|(name, part)| (name, template_of(part)));
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -61,19 +57,30 @@ fn try_source(program: &Value, (template, helpers): Template) -> Result<String, 
     environment.add_filter("rows", c::rows);
     environment.add_filter("smallest_type", c::smallest_type);
     environment.add_filter("rust_slice", rust_slice);
+    environment.add_filter("c_text", c::text);
+    environment.add_filter("rust_text", rust_text);
     for (name, part) in &engine {
-        environment.add_template(name, part)?;
+        let added = environment.add_template(name, part);
+        added.expect("a correct template");
     }
-    let code = environment.render_str(template, program)?;
-    let helpers = environment.render_str(&template_of(helpers), program)? + "\n";
+    let render = |template: &str| environment.render_str(template, program);
+    let render = |template| render(template).expect("a correct template");
+    let code = render(template);
+    let helpers = render(&template_of(helpers)) + "\n";
     let (types, functions) = code
         .split_once("HELPERS\n")
         .expect("the template has this line");
     // Helpers may call other helpers.
-    let direct = called(&code, &helpers);
-    let helpers = called(&(direct + &code), &helpers);
-    let source = format!("{}{helpers}{}", types.trim_start(), functions.trim_start());
-    Ok(source.trim_end().to_owned() + "\n")
+    let mut used = called(&code, &helpers);
+    loop {
+        let more = called(&(used.clone() + &code), &helpers);
+        if more == used {
+            break;
+        }
+        used = more;
+    }
+    let source = format!("{}{used}{}", types.trim_start(), functions.trim_start());
+    source.trim_end().to_owned() + "\n"
 }
 
 /// Returns a number in hexadecimal, with at least two digits or `digits`.
@@ -92,6 +99,12 @@ fn rust_slice(each: Vec<String>) -> String {
     format!("&[\n    {},\n]", each.join(",\n").replace('\n', "\n    "))
 }
 
+/// Returns bytes as a literal in Rust.
+#[expect(clippy::needless_pass_by_value, reason = "a filter")]
+fn rust_text(bytes: Vec<u8>) -> String {
+    format!("b\"{}\"", bytes.escape_ascii())
+}
+
 /// Returns the functions that the code calls. In `functions`, a blank line follows each function.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
@@ -100,8 +113,8 @@ fn called(code: &str, functions: &str) -> String {
             .split_once(['(', '<'])
             .expect("each part is a function");
         let name = before.rsplit(|c| !is_name(c)).next().unwrap_or(before);
-        let call = format!("{name}(");
-        let mut calls = code.match_indices(&call);
+        let calls = ["(", "::<"].map(|end| format!("{name}{end}"));
+        let mut calls = calls.iter().flat_map(|call| code.match_indices(call));
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
     let functions = functions.split_inclusive("\n}\n\n");

@@ -3,6 +3,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::time::Duration;
 
 use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
@@ -10,55 +11,44 @@ use framelock_description::{Description, Kind, Type, hex};
 use framelock_oracles::{Purpose, Seed};
 use framelock_receiving::Protocol;
 use rand::seq::IndexedRandom as _;
-use rand::{Rng, RngCore, SeedableRng as _};
+use rand::{Rng, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::motion::SmoothMotion;
+use crate::motion::{Axis, Motion, Shape};
 
 /// The contents of the four bytes between sync and terminator: reserved, pitch, roll, yaw.
 ///
-/// The text form is `motion`, `random`, `random:40-43`, `00414200`, `ambiguous` or `noise`.
+/// The text form is `motion`, `random`, `00414200` or `ambiguous`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Payload {
-    /// Smooth motion; the reserved byte is 0.
+    /// A figure of eight; the reserved byte is 0.
     Motion,
-    /// Random bytes from the first to the second value, both included. They are drawn for each
-    /// frame.
-    Random(u8, u8),
+    /// Random bytes, drawn for each frame.
+    Random,
     /// The same four bytes in every frame.
     Constant([u8; 4]),
     /// One of the 512 payloads of clause N2 in docs/protocol.md. The payload is drawn once per
     /// trial, so that all frames of a trial are the same.
     Ambiguous,
-    /// No frames at all. Random bytes in place of each frame, as many as the frame has.
-    Noise,
 }
 
 impl FromStr for Payload {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let bytes = |text: &str| hex::parse(&[text]).ok();
-        let payload = match text {
-            "motion" => Some(Self::Motion),
-            "ambiguous" => Some(Self::Ambiguous),
-            "noise" => Some(Self::Noise),
-            "random" => Some(Self::Random(0x00, 0xFF)),
-            _ => match text
-                .strip_prefix("random:")
-                .and_then(|it| it.split_once('-'))
-            {
-                Some((from, to)) => match (bytes(from).as_deref(), bytes(to).as_deref()) {
-                    (Some(&[from]), Some(&[to])) if from <= to => Some(Self::Random(from, to)),
-                    _ => None,
-                },
-                None => bytes(text).and_then(|bytes| bytes.try_into().ok().map(Self::Constant)),
-            },
-        };
-        payload.context(
-            "expected one of these: motion, random, random:40-43 (from one byte to another, in \
-             hexadecimal), 00414200 (the four payload bytes, in hexadecimal), ambiguous or noise",
-        )
+        match text {
+            "motion" => Ok(Self::Motion),
+            "random" => Ok(Self::Random),
+            "ambiguous" => Ok(Self::Ambiguous),
+            _ => {
+                let bytes = hex::parse(&[text]).ok();
+                let payload = bytes.and_then(|bytes| bytes.try_into().ok());
+                payload.map(Self::Constant).context(
+                    "expected one of these: motion, random, 00414200 (the four payload bytes, in \
+                     hexadecimal) or ambiguous",
+                )
+            }
+        }
     }
 }
 
@@ -66,22 +56,20 @@ impl fmt::Display for Payload {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Motion => f.write_str("motion"),
-            Self::Random(0x00, 0xFF) => f.write_str("random"),
-            Self::Random(from, to) => write!(f, "random:{from:02X}-{to:02X}"),
+            Self::Random => f.write_str("random"),
             Self::Constant(bytes) => f.write_str(&hex::glued(&bytes)),
             Self::Ambiguous => f.write_str("ambiguous"),
-            Self::Noise => f.write_str("noise"),
         }
     }
 }
 
-/// One transmission: the bytes of a frame, or noise in place of a frame.
+/// One sent frame.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Transmission {
     /// The bytes sent.
     pub bytes: Vec<u8>,
-    /// The setpoint that the frame carries; `None` for noise.
-    pub setpoint: Option<Setpoint>,
+    /// The setpoint that the frame carries.
+    pub setpoint: Setpoint,
 }
 
 impl Transmission {
@@ -98,21 +86,25 @@ impl Transmission {
         let [_, pitch, roll, yaw] = payload;
         Self {
             bytes,
-            setpoint: Some(Setpoint { pitch, roll, yaw }),
+            setpoint: Setpoint { pitch, roll, yaw },
         }
     }
 }
 
-/// Returns an endless sequence of transmissions. The frames must have setpoints. `slots_per_leg` is the number of
-/// frames that the motion takes from one point to the next.
+/// Returns an endless sequence of transmissions. The frames must have setpoints. `frame_time` is the time from one frame
+/// of the motion to the next.
 pub fn transmissions(
     protocol: &Protocol,
     payload: Payload,
     seed: Seed,
-    slots_per_leg: u64,
+    frame_time: Duration,
 ) -> impl Iterator<Item = Transmission> {
     let mut random = seed.random(Purpose::Sender);
-    let mut motion = SmoothMotion::new(seed, slots_per_leg);
+    let motion = Motion {
+        shape: Shape::FigureOfEight,
+        amplitude: 100,
+        axes: vec![Axis::Pitch, Axis::Roll, Axis::Yaw],
+    };
     let repeated = match payload {
         Payload::Constant(payload) => payload,
         Payload::Ambiguous => {
@@ -123,22 +115,15 @@ pub fn transmissions(
                 [x, 0x0D, 0x41, 0x42]
             }
         }
-        Payload::Motion | Payload::Random(..) | Payload::Noise => [0; 4],
+        Payload::Motion | Payload::Random => [0; 4],
     };
     (0..).map(move |slot| {
         let payload = match payload {
             Payload::Motion => {
-                let [pitch, roll, yaw] = motion.setpoint(slot).into();
+                let [pitch, roll, yaw] = motion.at(frame_time * slot).into();
                 [0, pitch, roll, yaw]
             }
-            Payload::Random(from, to) => [(); 4].map(|()| random.random_range(from..=to)),
-            Payload::Noise => {
-                let bytes = random.next_u64().to_le_bytes().into_iter();
-                return Transmission {
-                    bytes: bytes.take(protocol.longest()).collect(),
-                    setpoint: None,
-                };
-            }
+            Payload::Random => [(); 4].map(|()| random.random_range(0..=u8::MAX)),
             Payload::Constant(_) | Payload::Ambiguous => repeated,
         };
         Transmission::new(protocol, payload)
@@ -156,10 +141,19 @@ pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Ve
     })
 }
 
-/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or `None`
-/// if the layout cannot turn the bytes into a frame.
+/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or a frame with a text of random
+/// numbers. Returns `None` if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = kind.layout();
+    if let Some(pattern) = kind.texts.first() {
+        let mut text = pattern.first.clone();
+        for value in &pattern.values {
+            text.extend(random.random_range(0..=u8::MAX).to_string().bytes());
+            text.extend(&value.after);
+        }
+        let bytes = [vec![0; kind.text_at], text, vec![0; kind.from_end]].concat();
+        return kind.frame(bytes.len(), None, |at| bytes[at]);
+    }
     let mut fields = kind.fields.iter();
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
@@ -182,34 +176,14 @@ mod tests {
 
     #[test]
     fn payloads_are_written_as_they_are_read() {
-        for text in [
-            "motion",
-            "random",
-            "random:40-43",
-            "00414200",
-            "ambiguous",
-            "noise",
-        ] {
+        for text in ["motion", "random", "00414200", "ambiguous"] {
             assert_eq!(text.parse::<Payload>().unwrap().to_string(), text);
         }
-        assert_eq!(
-            "0d4142ff".parse::<Payload>().unwrap(),
-            Payload::Constant([0x0D, 0x41, 0x42, 0xFF])
-        );
-        for text in [
-            "",
-            "00",
-            "0041420",
-            "0041420000",
-            "random:43-40",
-            "noise:00-01",
-            "+0041420",
-            "repeated",
-            "random:+4-43",
-            "ä0000000",
-        ] {
+        let payload = "0d4142ff".parse::<Payload>().unwrap();
+        assert_eq!(payload, Payload::Constant([0x0D, 0x41, 0x42, 0xFF]));
+        for text in ["", "00", "0041420", "0041420000", "+0041420", "repeated"] {
             let complaint = text.parse::<Payload>().unwrap_err().to_string();
-            assert!(complaint.contains("random:40-43"), "{text}: {complaint}");
+            assert!(complaint.contains("00414200"), "{text}: {complaint}");
         }
     }
 }

@@ -5,7 +5,7 @@
 //! runs in a command line, in a test and, compiled for `wasm32-unknown-unknown`, in a browser.
 //!
 //! ```text
-//!  sender ─► line ─► uart ─► byte faults ─► station: receiver ─► failsafe ─► tally
+//!  sender ─► line ─► uart ─► byte faults ─► station: receiver ─► tally
 //!   motion    ▲                      │          ▲
 //!           noise                    └────► the bytes that really arrived
 //! ```
@@ -28,7 +28,7 @@
 //! # }
 //! ```
 //!
-//! [`run_all`] runs all trials, and [`run`] runs one. With the feature `clap`, motions and axes can be values of command-line options.
+//! With the feature `clap`, motions and axes can be values of command-line options.
 
 #![forbid(unsafe_code)]
 #![allow(
@@ -50,5 +50,5 @@ pub use frames::{Payload, Transmission, examples, transmissions};
 pub use line::check_rate;
 pub use motion::{Axis, LEVEL, Motion, Shape, between};
 pub use parameters::Parameters;
-pub use station::{ReceiverTally, StationKind};
-pub use trial::{LineTally, Origin, Tally, Trial, run, run_all};
+pub use station::ReceiverTally;
+pub use trial::{LineTally, Tally, run_all};

@@ -4,9 +4,6 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 use framelock::motion::Setpoint;
-use framelock_oracles::{Purpose, Seed};
-use rand::Rng;
-use rand_chacha::ChaCha8Rng;
 
 /// The middle position of every axis.
 pub const LEVEL: Setpoint = Setpoint {
@@ -14,48 +11,6 @@ pub const LEVEL: Setpoint = Setpoint {
     roll: 0x80,
     yaw: 0x80,
 };
-
-/// Smooth motion of pitch, roll and yaw from one random point to the next, as a motion PC sends it.
-/// Time is counted in slots of one frame each. Callers must ask for every slot, in order.
-#[derive(Debug)]
-pub(crate) struct SmoothMotion {
-    random: ChaCha8Rng,
-    from: Setpoint,
-    to: Setpoint,
-    /// The slot at which the current leg ends.
-    end: u64,
-    slots_per_leg: u64,
-}
-
-impl SmoothMotion {
-    /// Starts with level axes. From each point to the next, the motion takes `slots_per_leg` slots.
-    pub(crate) fn new(seed: Seed, slots_per_leg: u64) -> Self {
-        Self {
-            random: seed.random(Purpose::Sender),
-            from: LEVEL,
-            to: LEVEL,
-            end: 0,
-            slots_per_leg,
-        }
-    }
-
-    /// Returns the setpoint in this slot. At the end of a leg, begins the next leg, which starts and ends at rest. The
-    /// position is the same on every computer, because the elapsed part of the leg is a multiple of 1/1024, and only
-    /// the result is rounded.
-    #[expect(clippy::cast_precision_loss, reason = "at most 1024")]
-    pub(crate) fn setpoint(&mut self, slot: u64) -> Setpoint {
-        if slot >= self.end {
-            self.from = self.to;
-            let to = [(); 3].map(|()| self.random.random_range(0x28..=0xD8));
-            self.to = to.into();
-            self.end = slot + self.slots_per_leg;
-        }
-        let elapsed = slot + self.slots_per_leg - self.end;
-        let part = (elapsed * 1024 / self.slots_per_leg) as f64 / 1024.0;
-        // This curve has slope 0 at both ends.
-        between(self.from, self.to, part * part * (3.0 - 2.0 * part))
-    }
-}
 
 /// The shape of a motion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -91,7 +46,7 @@ pub enum Axis {
     Yaw,
 }
 
-/// An endless motion around the middle position.
+/// An endless motion around the middle position. Its positions are the same on every computer.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Motion {
     /// Its shape.
@@ -111,7 +66,7 @@ impl Motion {
         let [pitch, roll, yaw] = match self.shape {
             Shape::SineSweep => [sweep(part); 3],
             Shape::Step => [if part < 0.5 { 1.0 } else { -1.0 }; 3],
-            Shape::FigureOfEight => [(2.0 * TAU * part).sin(), (TAU * part).sin(), 0.0],
+            Shape::FigureOfEight => [libm::sin(2.0 * TAU * part), libm::sin(TAU * part), 0.0],
         };
         let place = |axis, way: f64| {
             let moves = self.axes.contains(&axis);
@@ -141,7 +96,7 @@ fn sweep(part: f64) -> f64 {
     } else {
         21.0 - rise(20.0 - time)
     };
-    (TAU * turns.fract()).sin()
+    libm::sin(TAU * turns.fract())
 }
 
 /// Returns the setpoint at a fraction, 0 to 1, of the straight line from one setpoint to another.
@@ -228,29 +183,6 @@ mod tests {
             let [now, next] = [millisecond, millisecond + 1].map(pitch);
             // 100 units at 2 Hz: at most 1.26 units per millisecond.
             assert!(now.abs_diff(next) <= 2, "{millisecond}: {now} to {next}");
-        }
-    }
-
-    #[test]
-    fn smooth_motion_is_smooth_and_gets_somewhere() {
-        for seed in 0..20 {
-            let mut motion = SmoothMotion::new(Seed { seed, trial: 0 }, 100);
-            let setpoints = (0..2_600).map(|slot| motion.setpoint(slot));
-            let setpoints: Vec<[u8; 3]> = setpoints.map(<[u8; 3]>::from).collect();
-            for pair in setpoints.windows(2) {
-                let step = (0..3)
-                    .map(|axis| pair[0][axis].abs_diff(pair[1][axis]))
-                    .max();
-                assert!(step <= Some(3), "{pair:?}");
-            }
-            for axis in 0..3 {
-                let places = setpoints.iter().map(|setpoint| setpoint[axis]);
-                let (least, most) = (places.clone().min(), places.max());
-                assert!(
-                    least < Some(80) && most > Some(170),
-                    "{seed}: {least:?} {most:?}"
-                );
-            }
         }
     }
 }

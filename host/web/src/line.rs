@@ -1,5 +1,7 @@
 //! The line: each byte sent, and the byte that arrives.
 
+use std::time::Duration;
+
 use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, LineError, Policy, Protocol};
 use framelock_simulation::{Seed, examples, transmissions};
@@ -11,8 +13,8 @@ use crate::scenario::{Action, Scenario};
 const BYTE: u64 = 8_333;
 const PAUSE: u64 = 5 * BYTE;
 
-/// The number of frames that the motion takes from one point to the next.
-const SLOTS_PER_LEG: u64 = 20;
+/// The time of a frame of setpoints with its pause. The motion advances by this time from frame to frame.
+const FRAME_TIME: Duration = Duration::from_millis(100);
 
 /// A byte on the line.
 #[derive(Default)]
@@ -59,7 +61,7 @@ fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<Vec<u8>> {
     let count = scenario.frames as usize;
     if protocol.has_setpoints() {
         let seed = Seed { seed: 1, trial: 0 };
-        let frames = transmissions(protocol, scenario.payload, seed, SLOTS_PER_LEG);
+        let frames = transmissions(protocol, scenario.payload, seed, FRAME_TIME);
         return frames.take(count).map(|frame| frame.bytes).collect();
     }
     let frames = examples(&protocol.description, 1).take(count);
@@ -68,7 +70,7 @@ fn frames(scenario: &Scenario, protocol: &Protocol) -> Vec<Vec<u8>> {
     let mut length = 0;
     let mut is_short = |frame: &Vec<u8>| {
         length += frame.len();
-        length < 1 << 17
+        length < 1 << 13
     };
     sent.take_while(|frame| is_short(frame)).collect()
 }

@@ -23,7 +23,7 @@ const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
 };
 
 /// Counts of the outcomes of frames.
-#[derive(Clone, Default, Serialize)]
+#[derive(Default, Serialize)]
 pub(crate) struct Tally {
     /// Frames that arrived intact and were delivered.
     pub(crate) delivered: usize,
@@ -38,7 +38,6 @@ pub(crate) struct Tally {
     pub(crate) since: u32,
 }
 
-#[derive(Clone)]
 pub(crate) struct Machine {
     pub(crate) line: TrackedLine,
     protocol: Protocol,
@@ -47,11 +46,9 @@ pub(crate) struct Machine {
     pub(crate) standstill: Standstill,
     /// The frame delivered last.
     pub(crate) frame: Vec<u8>,
-    /// The positions of the pending bytes on the line.
-    places: VecDeque<usize>,
-    /// The bytes that the last step decided: the position of each byte on the line, and its
-    /// outcome.
-    pub(crate) fates: Vec<(usize, Fate)>,
+    /// The outcomes of the received bytes, in order, and the number of those before the last step.
+    pub(crate) fates: Vec<Fate>,
+    pub(crate) decided_before: usize,
     pub(crate) tally: Tally,
     /// The intact frames that may still be delivered: their bytes in the received stream, and the times at which they
     /// arrived.
@@ -90,17 +87,16 @@ impl Machine {
             failsafe,
             standstill: Standstill::new(1_000, FAILSAFE.hold_after),
             frame: Vec::new(),
-            places: VecDeque::new(),
             fates: Vec::new(),
+            decided_before: 0,
             tally: Tally::default(),
             arrived: VecDeque::new(),
         }
     }
 
-    /// Processes the byte at this position on the line, which arrives at the time `at`. If this byte
-    /// completes a frame that arrived intact, `whole` is the frame's length.
-    pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
-        self.places.push_back(place);
+    /// Processes a byte that arrives at the time `at`. If this byte completes a frame that arrived intact, `whole` is the
+    /// frame's length.
+    pub(crate) fn push(&mut self, byte: u8, at: u32, whole: Option<usize>) {
         if let Some(length) = whole {
             let end = self.line.decided() + self.line.pending().len() + 1;
             self.arrived.push_back((end - length..end, at));
@@ -144,7 +140,6 @@ impl Machine {
     fn decided(&mut self, pieces: Vec<Piece>) {
         for piece in pieces {
             let bytes = piece.from..piece.from + piece.bytes.len();
-            let places = self.places.drain(..bytes.len()).collect::<Vec<_>>();
             let fate = if let Some(why) = piece.discarded {
                 Fate::Discarded(why)
             } else {
@@ -154,8 +149,7 @@ impl Machine {
                 }
                 self.deliver(&bytes)
             };
-            self.fates
-                .extend(places.into_iter().map(|place| (place, fate)));
+            self.fates.resize(bytes.end, fate);
         }
         self.miss(self.line.decided());
     }

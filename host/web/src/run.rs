@@ -19,13 +19,9 @@ const SILENT_STEP: u32 = 50;
 /// byte times, plus the time in which the next byte arrives.
 const IDLE_AFTER: u32 = 35;
 
-/// The distance between saved states, in bytes.
-const SAVED_EVERY: usize = 1 << 10;
-
 /// The machines at one position on the line.
-#[derive(Clone)]
 pub(crate) struct State {
-    pub(crate) position: usize,
+    position: usize,
     /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
@@ -35,15 +31,12 @@ pub(crate) struct State {
     idle_at: Option<u32>,
 }
 
-/// A scenario, its line and the saved states of its machines. The page's script calls these
-/// methods.
+/// A scenario and its line. The page's script calls these methods.
 #[wasm_bindgen]
 pub struct Run {
     scenario: Scenario,
     pub(crate) protocol: Protocol,
     pub(crate) cells: Vec<Cell>,
-    /// The states at the beginning and after every [`SAVED_EVERY`] bytes, so that any position is reached in few steps.
-    saved: Vec<State>,
 }
 
 #[wasm_bindgen]
@@ -52,7 +45,7 @@ pub struct Run {
     reason = "calling a method only for its result is harmless"
 )]
 impl Run {
-    /// Opens the scenario of an address, and runs the machines along the whole line.
+    /// Opens the scenario of an address.
     ///
     /// # Errors
     /// Returns an error if the address is malformed.
@@ -110,15 +103,22 @@ impl Run {
 }
 
 impl Run {
-    /// Opens the scenario of an address, and runs the machines along the whole line.
     fn of(address: &str) -> Result<Self> {
         let scenario: Scenario = address.parse()?;
         let protocol = scenario.protocol()?;
+        Ok(Self {
+            cells: line(&scenario, &protocol)?,
+            scenario,
+            protocol,
+        })
+    }
+
+    /// Returns the machines at this position.
+    pub(crate) fn at(&self, position: usize) -> State {
         // The lecture's machine does not receive all frames.
-        let lecture = AnyLine::new(&protocol, Policy::Lecture).ok();
-        let framelock = AnyLine::new(&protocol, Policy::Framelock)?;
-        let lines = lecture.into_iter().chain([framelock]);
-        let machines = lines.map(|line| Machine::new(line, protocol.clone()));
+        let policies = [Policy::Lecture, Policy::Framelock].into_iter();
+        let lines = policies.filter_map(|policy| AnyLine::new(&self.protocol, policy).ok());
+        let machines = lines.map(|line| Machine::new(line, self.protocol.clone()));
         let mut state = State {
             machines: machines.collect(),
             position: 0,
@@ -126,39 +126,22 @@ impl Run {
             as_sent: 0,
             idle_at: None,
         };
-        let mut run = Self {
-            cells: line(&scenario, &protocol)?,
-            scenario,
-            protocol,
-            saved: Vec::new(),
-        };
-        while state.position < run.cells.len() {
-            if state.position.is_multiple_of(SAVED_EVERY) {
-                run.saved.push(state.clone());
-            }
-            run.step(&mut state);
+        while state.position < position {
+            self.step(&mut state);
         }
-        run.saved.push(state);
-        Ok(run)
-    }
-
-    /// Returns the last saved state at or before a position.
-    pub(crate) fn saved_before(&self, position: usize) -> State {
-        let mut states = self.saved.iter().rev();
-        let before = states.find(|state| state.position <= position);
-        before.expect("the beginning is saved").clone()
+        state
     }
 
     /// Advances by one byte or by one step of silence.
-    pub(crate) fn step(&self, state: &mut State) {
+    fn step(&self, state: &mut State) {
         let place = state.position;
         state.position += 1;
         for machine in &mut state.machines {
-            machine.fates.clear();
+            machine.decided_before = machine.fates.len();
         }
         if let Some(cell) = self.cells.get(place) {
             state.now = cell.at;
-            self.carry(state, place, cell);
+            self.carry(state, cell);
         } else {
             state.now += SILENT_STEP;
             match self.protocol.description.ending_event() {
@@ -172,8 +155,8 @@ impl Run {
         }
     }
 
-    /// Passes the byte at this place to the machines, if it arrives.
-    fn carry(&self, state: &mut State, place: usize, cell: &Cell) {
+    /// Passes a byte to the machines, if it arrives.
+    fn carry(&self, state: &mut State, cell: &Cell) {
         let is_as_sent = cell.sent.is_some() && cell.sent == cell.received;
         state.as_sent = if is_as_sent { state.as_sent + 1 } else { 0 };
         if cell.begins && self.protocol.description.ending_event() == Some(LineEvent::Break) {
@@ -190,7 +173,7 @@ impl Run {
                 .contains(&cell.ends)
                 .then_some(cell.ends);
             for machine in &mut state.machines {
-                machine.push(place, byte, cell.at, whole);
+                machine.push(byte, cell.at, whole);
             }
         }
     }

@@ -87,7 +87,7 @@ impl Scenario {
                     .into();
             }
             "payload" => self.payload = value.parse()?,
-            "frames" => self.frames = number(value, 1..=2_000)?,
+            "frames" => self.frames = number(value, 1..=200)?,
             "idle" => {
                 ensure!(matches!(value, "on" | "off"), "expected on or off");
                 self.idle = value == "on";

@@ -18,30 +18,25 @@ impl Run {
         let last = position.min(self.positions());
         let end = places.end.min(self.cells.len());
         let from = places.start.min(end);
-        let mut state = self.saved_before(from.min(last));
-        // The fates of each cell, one for each machine.
-        let mut fates = vec![vec![None; state.machines.len()]; end - from];
-        while state.position < last {
-            if (from..end).contains(&state.position) {
-                let received = self.cells[state.position].received;
-                fates[state.position - from].fill(received.map(|_| "pending".to_owned()));
-            }
-            self.step(&mut state);
-            for (number, machine) in state.machines.iter().enumerate() {
-                for (place, fate) in &machine.fates {
-                    if (from..end).contains(place) {
-                        fates[place - from][number] = Some(fate.to_string());
-                    }
-                }
-            }
-        }
-        let cells = (from..end).zip(&self.cells[from..end]).zip(fates);
-        let cells_json = cells.map(|((place, cell), fates)| {
+        let state = self.at(last);
+        // The number of bytes that have arrived before the cell.
+        let before = self.cells[..from].iter();
+        let mut arrived = before.filter(|cell| cell.received.is_some()).count();
+        let cells = (from..end).map(|place| {
+            let cell = &self.cells[place];
+            let has_arrived = place < last && cell.received.is_some();
+            let fates = state.machines.iter().map(|machine| {
+                let fate = machine.fates.get(arrived).map(Fate::to_string);
+                has_arrived.then(|| fate.unwrap_or_else(|| "pending".to_owned()))
+            });
+            let fates: Vec<_> = fates.collect();
+            arrived += usize::from(cell.received.is_some());
             json!({
                 "place": place, "sent": cell.sent, "received": cell.received, "kind": cell.kind(),
                 "begins": cell.begins, "fates": fates,
             })
         });
+        let cells: Value = cells.collect();
         let machines = state
             .machines
             .iter()
@@ -49,7 +44,7 @@ impl Run {
         json!({
             "position": last, "positions": self.positions(), "bytes": self.cells.len(),
             "seconds": f64::from(state.now) / 1e3, "sentence": self.sentence(last, &state.machines),
-            "cells": cells_json.collect::<Value>(), "machines": machines.collect::<Value>(),
+            "cells": cells, "machines": machines.collect::<Value>(),
         })
     }
 
@@ -139,7 +134,8 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
 
 /// Describes the machine's last step.
 fn what(description: &Description, machine: &Machine) -> String {
-    let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
+    let decided = &machine.fates[machine.decided_before..];
+    let has = |wanted| decided.contains(&wanted);
     let frame = || {
         let fields = fields(description, &machine.frame).into_iter();
         let fields: Vec<String> = fields
@@ -155,8 +151,8 @@ fn what(description: &Description, machine: &Machine) -> String {
         format!("delivers a frame: {}", frame())
     } else if has(Fate::Wrong) {
         format!("delivers a frame that nobody sent: {}", frame())
-    } else if let [(_, why), ..] = machine.fates[..] {
-        format!("discards {}: {why}", machine.fates.len())
+    } else if let [why, ..] = decided {
+        format!("discards {}: {why}", decided.len())
     } else if let Some(lecture) = machine.lecture() {
         format!("waits in state {}", lecture.state)
     } else {

@@ -6,7 +6,8 @@ use std::slice;
 use framelock::Classification::{self, Frame, Incomplete, Rejected};
 use framelock::{Counters, DiscardReason, Format, LineEvent};
 use framelock_formats::layout::{
-    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, Layout, Length, Number, Patterns,
+    Algorithm, ByteOrder, CheckedLayout, Checksum, Crc, Encoding, Layout, Length, LengthField,
+    Number, Patterns,
 };
 
 use crate::framing::{Frames, as_the_reference};
@@ -201,7 +202,7 @@ fn classify(layout: &Layout, bytes: &[u8], is_over: bool) -> Result<Option<usize
     let (end, counted) = match layout.length {
         Length::Fixed => (layout.longest, layout.longest),
         Length::Field(field) => {
-            let sent = number(&field.number, bytes) & u64::from(field.mask);
+            let sent = stated(&field, bytes);
             if limit.is_some_and(|limit| sent > limit) {
                 return Err(DiscardReason::TooLong);
             }
@@ -293,6 +294,13 @@ fn agree(pattern: &[u8], bytes: &[u8]) -> bool {
         .iter()
         .zip(bytes)
         .all(|(wanted, byte)| wanted == byte)
+}
+
+/// Returns the value of a length field.
+fn stated(field: &LengthField, bytes: &[u8]) -> u64 {
+    let mask = u64::from(field.mask);
+    let lowest_bit = mask & mask.wrapping_neg();
+    (number(&field.number, bytes) & mask) / lowest_bit
 }
 
 fn number(number: &Number, bytes: &[u8]) -> u64 {

@@ -16,13 +16,11 @@ pub struct Assumptions {
     pub dma_lag: u64,
     /// Number of ENDRX events of full transfers that are lost.
     pub lost_end: u32,
-    /// Number of ENDRX events of full transfers that come twice.
+    /// Number of ENDRX events of full transfers that come twice. The second one does not come if the firmware has read
+    /// ERRORSRC or started another transfer since the first one.
     pub doubled_end: u32,
     /// Cycles from an ENDRX until its repetition.
     pub double_lag: u64,
-    /// The second ENDRX comes even if the firmware has read ERRORSRC or started another transfer since the first ENDRX.
-    /// By default the second ENDRX does not come in this case.
-    pub doubled_when_open: bool,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
     /// Number of bytes that the FIFO holds. Zephyr's driver assumes five; the specification does not say.
@@ -61,7 +59,6 @@ impl Default for Assumptions {
             lost_end: 0,
             doubled_end: 0,
             double_lag: 0,
-            doubled_when_open: false,
             start_lag: 0,
             fifo: 6,
             overrun_drops_oldest: false,
@@ -95,8 +92,7 @@ impl Assumptions {
         self
     }
 
-    /// Returns deviations from the default, each alone and with its name. Leaves out `doubled_when_open` and
-    /// `lost_timeout`.
+    /// Returns deviations from the default, each alone and with its name. Leaves out `lost_timeout`.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
         let deviations = DEVIATIONS.into_iter().map(|(name, deviate)| {
@@ -113,7 +109,7 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations except `doubled_when_open`. The same seed always gives the same mix.
+    /// Returns a random mix of all deviations. The same seed always gives the same mix.
     /// Numbers are at most as large as in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in another
     /// quarter every RXTO after STOPRX.
     #[must_use]
@@ -145,9 +141,8 @@ impl Assumptions {
 /// Changes an assumption. The argument is a function that returns a number from 0 to its argument.
 type Deviate = fn(&mut Assumptions, &mut dyn FnMut(u64) -> u64);
 
-/// All deviations except two. With `doubled_when_open`, firmware cannot distinguish the second ENDRX from the first one,
-/// so the firmware takes a byte that nobody sent. `lost_timeout` only matters if the firmware stops the receiver. The
-/// firmware then waits longer before it starts the receiver again.
+/// All deviations except `lost_timeout`, which only matters if the firmware stops the receiver. The firmware then waits
+/// longer before it starts the receiver again.
 const DEVIATIONS: [(&str, Deviate); 13] = [
     ("dma_lag", |a, up_to| a.dma_lag = up_to(LONGEST_LAG)),
     ("lost_end", |a, up_to| a.lost_end = few(up_to)),

@@ -18,7 +18,7 @@ use crate::bus::{Shared, address_space};
 use crate::chip::Chip;
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
-use crate::trace::{Change, Handlers, ResetCause, Step, Trace};
+use crate::trace::{Activation, Change, ResetCause, Trace};
 use crate::{Error, Result};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
@@ -63,7 +63,8 @@ pub struct Board {
     steps: u32,
     instructions: u64,
     slept: u64,
-    handlers: Handlers,
+    /// The active handlers: the running one last, after those that it preempted.
+    handlers: Vec<Activation>,
     /// The interruptions of the firmware that are still to come: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
@@ -104,7 +105,7 @@ impl Board {
             steps: 0,
             instructions: 0,
             slept: 0,
-            handlers: Handlers::default(),
+            handlers: Vec::new(),
             hold_offs: VecDeque::new(),
             watches: Vec::new(),
             log_table: OnceCell::new(),
@@ -188,17 +189,7 @@ impl Board {
         if slept_on {
             self.slept += cycles;
         } else if std::mem::replace(&mut self.booted, true) {
-            let step = Step {
-                before,
-                after,
-                before_active: before != after && self.is_active(before),
-                entered_again,
-                at: self.now,
-                cycles,
-            };
-            let (instruction, done) = self.handlers.step(&step);
-            self.instructions += u64::from(instruction);
-            self.trace.activations.extend(done);
+            self.account(before, after, entered_again, cycles);
         }
         self.now += cycles;
         self.look(pc, before, after)?;
@@ -212,6 +203,34 @@ impl Board {
             }
         }
         Ok(())
+    }
+
+    /// Accounts for a step that took these cycles: counts an instruction, adds the cycles to the running handler, and
+    /// records a handler that has returned. `before` and `after` are the active exceptions; 0 means none.
+    fn account(&mut self, before: u16, after: u16, entered_again: bool, cycles: u64) {
+        let returned = entered_again || before != after && before != 0 && !self.is_active(before);
+        let is_active = self.handlers.iter().any(|open| open.exception == after);
+        let enters = after != 0 && (entered_again || !is_active);
+        let mut handler = Activation {
+            exception: after,
+            at: self.now,
+            cycles,
+        };
+        // A step that only enters an exception executes no instruction.
+        if returned || !enters {
+            self.instructions += 1;
+            // In a tail chain, a handler returns, and the next one is entered without unstacking in between.
+            (handler.at, handler.cycles) = (self.now + cycles, 0);
+            if let Some(running) = self.handlers.last_mut() {
+                running.cycles += cycles;
+            }
+        }
+        if returned {
+            self.trace.activations.extend(self.handlers.pop());
+        }
+        if enters {
+            self.handlers.push(handler);
+        }
     }
 
     /// Returns the cycles that a step takes with [`Assumptions::slowness`].
@@ -311,10 +330,10 @@ impl Board {
             drop(chip);
             return Err(self.stopped(&refusal, self.pc));
         }
-        let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
+        let bites = std::mem::take(&mut chip.context.bites);
         let lines = chip.interrupts();
         drop(chip);
-        if bit {
+        if bites {
             self.reset_for(ResetCause::Watchdog);
             return Ok(());
         }

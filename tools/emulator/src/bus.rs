@@ -79,57 +79,44 @@ struct Window {
 }
 
 impl Window {
-    /// Returns the chip, with its time set to the instant of the access.
-    fn chip(&self) -> MutexGuard<'_, Chip> {
+    /// Accesses a register. Rejects an access to less than a word, because registers are words.
+    fn access<T>(
+        &self,
+        offset: u64,
+        length: usize,
+        access: impl FnOnce(&mut Chip, u32) -> Option<T>,
+    ) -> Result<T, BusError> {
+        let address = self.start + u32::try_from(offset).expect("offsets are inside the region");
         let mut chip = self.shared.chip();
         chip.context.now = self.shared.now.load(Relaxed);
-        chip
-    }
-
-    /// Makes the board check the chip.
-    fn touch(&self) {
-        self.shared.touched.store(true, Relaxed);
-    }
-
-    fn address(&self, offset: u64) -> u32 {
-        self.start + u32::try_from(offset).expect("offsets are inside the region")
-    }
-
-    /// Rejects an access to less than a word, because registers are words.
-    fn not_a_word(&self, address: u32) -> BusError {
-        self.touch();
-        let refusal = format!("access to a part of the register at {address:#010x}");
-        self.chip().context.refuse(refusal);
-        BusError::BadAccess
+        let done = if length == 4 {
+            access(&mut chip, address)
+        } else {
+            let refusal = format!("access to a part of the register at {address:#010x}");
+            chip.context.refuse(refusal);
+            None
+        };
+        if chip.context.refusal.is_some() {
+            self.shared.touched.store(true, Relaxed);
+        }
+        done.ok_or(BusError::Unassigned)
     }
 }
 
 impl MemOps for Window {
     fn read(&self, offset: u64, into: &mut [u8], attributes: MemAttrs) -> MemResult {
-        let address = self.address(offset);
-        let Ok(into) = <&mut [u8; 4]>::try_from(into) else {
-            return Err(self.not_a_word(address));
-        };
-        if attributes.is_fetch() {
-            return Err(BusError::Protected);
-        }
-        let Some(value) = self.chip().read(address) else {
-            self.touch();
-            return Err(BusError::Unassigned);
-        };
-        *into = value.to_le_bytes();
+        // Registers are no code.
+        let length = if attributes.is_fetch() { 0 } else { into.len() };
+        let value = self.access(offset, length, Chip::read)?;
+        into.copy_from_slice(&value.to_le_bytes());
         Ok(())
     }
 
     fn write(&self, offset: u64, from: &[u8], _: MemAttrs) -> MemResult {
-        let address = self.address(offset);
-        let Ok(from) = <[u8; 4]>::try_from(from) else {
-            return Err(self.not_a_word(address));
-        };
-        let value = u32::from_le_bytes(from);
-        self.touch();
-        self.chip()
-            .write(address, value)
-            .ok_or(BusError::Unassigned)
+        let value = from.try_into().map_or(0, u32::from_le_bytes);
+        self.shared.touched.store(true, Relaxed);
+        self.access(offset, from.len(), |chip, address| {
+            chip.write(address, value)
+        })
     }
 }

@@ -7,54 +7,44 @@
 
 use crate::MICROSECOND;
 use crate::line::SerialLine;
-use crate::nonvolatile::UNPROTECTED;
-use crate::peripheral::{ANY, Common, Context, Peripheral};
+use crate::peripheral::{ANY, Access, Common, Context, Peripheral};
+
+pub(crate) const CLOCK: u32 = 0x4000_0000;
 
 const HFCLKSTART: u32 = 0x000;
 const LFCLKSTART: u32 = 0x008;
 const CONSTLAT: u32 = 0x078;
 const HFCLKSTARTED: u32 = 0x100;
 const LFCLKSTARTED: u32 = 0x104;
-const RESETREAS: u32 = 0x400;
+pub(crate) const RESETREAS: u32 = 0x400;
 const LFCLKSRC: u32 = 0x518;
-const DISABLE: u32 = 0x558;
+pub(crate) const DISABLE: u32 = 0x558;
 
 /// Start-up time of the 32 768 Hz RC oscillator. A crystal would take a quarter of a second.
 const LFRC_STARTUP: u64 = 600 * MICROSECOND;
-
-/// Bits of RESETREAS: section "POWER".
-pub(crate) const RESETREAS_PIN: u32 = 1;
-pub(crate) const RESETREAS_WATCHDOG: u32 = 1 << 1;
-pub(crate) const RESETREAS_SOFT: u32 = 1 << 2;
-pub(crate) const RESETREAS_LOCKUP: u32 = 1 << 3;
 
 /// The clocks' start, RESETREAS, and the debug port's protection.
 #[derive(Debug)]
 pub(crate) struct Clock {
     common: Common,
-    crystal_runs_at: Option<u64>,
-    /// The instant at which the low-frequency clock will have started.
-    low_runs_at: Option<u64>,
-    /// RESETREAS, in which bits accumulate. It survives every reset except power-on and a brown-out.
-    pub(crate) reset_reason: u32,
+    /// The instants at which the crystal and the low-frequency clock will have started.
+    starts: [Option<u64>; 2],
 }
 
 impl Clock {
     pub(crate) fn new() -> Self {
-        // Only the RC oscillator is modelled. The start-up times of the other sources differ.
-        let plain = [(LFCLKSRC, 0, 0..=0), (DISABLE, 0, ANY)];
+        let registers = [
+            // "A field is cleared by writing '1' to it."
+            (RESETREAS, 0, Access::ClearOnes),
+            // Only the RC oscillator is modelled. The start-up times of the other sources differ.
+            (LFCLKSRC, 0, Access::Plain(0..=0)),
+            (DISABLE, 0, ANY),
+        ];
         let events = [HFCLKSTARTED, LFCLKSTARTED];
         Self {
-            common: Common::new("CLOCK/POWER", 0x4000_0000, &events, &[], &plain),
-            crystal_runs_at: None,
-            low_runs_at: None,
-            reset_reason: 0,
+            common: Common::new("CLOCK/POWER", CLOCK, &events, registers),
+            starts: [None; 2],
         }
-    }
-
-    /// Returns whether the firmware has opened the debug port.
-    pub(crate) fn opens_debug_port(&self) -> bool {
-        self.common[DISABLE] == UNPROTECTED
     }
 }
 
@@ -63,28 +53,11 @@ impl Peripheral for Clock {
         &mut self.common
     }
 
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
-        match offset {
-            RESETREAS => Some(self.reset_reason),
-            _ => self.common.load(offset),
-        }
-    }
-
-    fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        match offset {
-            // "A field is cleared by writing '1' to it."
-            RESETREAS => self.reset_reason &= !value,
-            _ => self.common.store(offset, value)?,
-        }
-        Some(())
-    }
-
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
+        let [crystal, low_frequency] = &mut self.starts;
         match offset {
-            HFCLKSTART => {
-                self.crystal_runs_at = context.crystal_startup.map(|time| context.now + time);
-            }
-            LFCLKSTART => self.low_runs_at = Some(context.now + LFRC_STARTUP),
+            HFCLKSTART => *crystal = context.crystal_startup.map(|time| context.now + time),
+            LFCLKSTART => *low_frequency = Some(context.now + LFRC_STARTUP),
             // In the model, the core always wakes without delay.
             CONSTLAT => {}
             _ => return None,
@@ -93,18 +66,15 @@ impl Peripheral for Clock {
     }
 
     fn next(&self, _: &SerialLine) -> Option<u64> {
-        let starts = [self.crystal_runs_at, self.low_runs_at];
-        starts.into_iter().flatten().min()
+        self.starts.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {
-        let now = context.now;
-        let due = |at: &mut u64| *at <= now;
-        if self.crystal_runs_at.take_if(due).is_some() {
-            context.raise(HFCLKSTARTED);
-        }
-        if self.low_runs_at.take_if(due).is_some() {
-            context.raise(LFCLKSTARTED);
+        let events = [HFCLKSTARTED, LFCLKSTARTED];
+        for (start, event) in self.starts.iter_mut().zip(events) {
+            if start.take_if(|at| *at <= context.now).is_some() {
+                self.common.raise(event, context);
+            }
         }
     }
 }

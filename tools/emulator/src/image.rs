@@ -86,23 +86,21 @@ impl Image {
     /// Returns an error if there is no such symbol, or if there are several at different addresses.
     pub fn symbol(&self, name: &str) -> Result<&Symbol> {
         let tail = format!("::{name}");
-        let whole = self.symbols.iter().filter(|symbol| symbol.name == name);
-        let ends = self
-            .symbols
-            .iter()
-            .filter(|symbol| symbol.name.ends_with(&tail));
-        let mut found: Vec<&Symbol> = whole.collect();
-        if found.is_empty() {
-            found = ends.collect();
+        let all = self.symbols.iter();
+        let mut found: Vec<&Symbol> = all
+            .filter(|symbol| symbol.name == name || symbol.name.ends_with(&tail))
+            .collect();
+        if found.iter().any(|symbol| symbol.name == name) {
+            found.retain(|symbol| symbol.name == name);
         }
         found.dedup_by_key(|symbol| symbol.address);
-        match found.as_slice() {
-            [symbol] => Ok(symbol),
-            _ => Err(Error(format!(
-                "the image has {} symbols named `{name}`, not one",
-                found.len()
-            ))),
-        }
+        let count = found.len();
+        let missing = || {
+            Error(format!(
+                "the image has {count} symbols named `{name}`, not one"
+            ))
+        };
+        found.pop().filter(|_| count == 1).ok_or_else(missing)
     }
 
     /// Returns all symbols.

@@ -20,19 +20,19 @@
 //!
 //! | Part | File | Modelled |
 //! | --- | --- | --- |
-//! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, shorts, errors, sampled bit by bit |
+//! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, errors, sampled bit by bit |
 //! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
 //! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
-//! | TIMER0 to 2 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
-//! | RTC1 | `rtc.rs`, `counter.rs` | counter, compares, overflow |
+//! | TIMER0 to 2 | `counter.rs` | timer and counter, captures, compares, shorts to CLEAR |
+//! | RTC1 | `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | a sequence of one step from RAM, pulses on the pins |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
 //! | UICR, NVMC | `nonvolatile.rs` | writing words, switching the instruction cache (without effect) |
 //! | TEMP | `nonvolatile.rs` | writing the calibration (without effect) |
-//! | GPIO | `gpio.rs` | `PIN_CNF`, OUTSET, OUTCLR, IN |
+//! | GPIO | `gpio.rs` | `PIN_CNF`, OUT, OUTSET, OUTCLR, IN |
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
 //! Only those registers are modelled that the firmware, the examples and the tests use. Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
@@ -75,8 +75,6 @@ mod nonvolatile;
 mod peripheral;
 mod ppi;
 mod pwm;
-mod rtc;
-mod timer;
 mod trace;
 mod uarte;
 mod watchdog;

@@ -1,8 +1,10 @@
-//! The common parts of all peripherals: plain registers, tasks, events, shorts, interrupts.
+//! The common parts of all peripherals: registers, tasks, events, interrupts.
 //!
 //! nRF52840 Product Specification, section "Peripheral interface": tasks begin at offset 0x000, and events at 0x100.
-//! SHORTS is at 0x200. INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
+//! INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
 
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt::Debug;
 use std::ops::{Index, RangeInclusive};
 
 use crate::MICROSECOND;
@@ -15,7 +17,7 @@ use crate::trace::{Period, Pins};
 const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
 /// A peripheral. Its [`Common`] part has tables of its registers. The functions implement the rest.
-pub(crate) trait Peripheral {
+pub(crate) trait Peripheral: Debug + Send {
     fn common(&mut self) -> &mut Common;
 
     /// Reads a register. Returns `None` if the register is not modelled.
@@ -40,9 +42,15 @@ pub(crate) trait Peripheral {
 
     /// Performs the action that is due at `context.now`.
     fn advance(&mut self, _context: &mut Context) {}
+
+    /// Pauses for this number of cycles, in which a debugger halts the core. Only the watchdog does so.
+    fn pause(&mut self, _cycles: u64) {}
+
+    /// Moves a counter and its compare registers forward by this number of counts.
+    fn skip(&mut self, _counts: u32) {}
 }
 
-/// A peripheral that has only plain registers.
+/// A peripheral that has only registers.
 impl Peripheral for Common {
     fn common(&mut self) -> &mut Common {
         self
@@ -68,8 +76,12 @@ pub(crate) struct Context {
     /// The current outputs, and all changes of them with their instants.
     pub(crate) pins: Pins,
     pub(crate) pin_changes: Vec<(u64, Pins)>,
-    /// Offsets of the events that the acting peripheral has raised.
-    pub(crate) raised: Vec<u32>,
+    /// The addresses of raised events whose PPI channels have not taken effect yet.
+    pub(crate) raised: VecDeque<u32>,
+    /// UICR.APPROTECT at the last reset. Later changes take effect at the next reset.
+    pub(crate) protection: u32,
+    /// Whether the watchdog must reset the chip now.
+    pub(crate) bites: bool,
     /// The first action that was rejected, if any.
     pub(crate) refusal: Option<String>,
 }
@@ -87,13 +99,18 @@ impl Context {
             pwm_periods: Vec::new(),
             pins: Pins::default(),
             pin_changes: Vec::new(),
-            raised: Vec::new(),
+            raised: VecDeque::new(),
+            protection: u32::MAX,
+            bites: false,
             refusal: None,
         }
     }
 
-    pub(crate) fn raise(&mut self, event: u32) {
-        self.raised.push(event);
+    /// Records the levels of the output pins.
+    pub(crate) fn show(&mut self, pins: Pins) {
+        if std::mem::replace(&mut self.pins, pins) != pins {
+            self.pin_changes.push((self.now, pins));
+        }
     }
 
     /// Records only the first refusal, because later refusals are consequences of the first one.
@@ -107,18 +124,31 @@ impl Context {
     }
 }
 
-/// A register that reads back the value that was written: its offset, its value after a reset, and its modelled values.
-pub(crate) type Plain = (u32, u32, RangeInclusive<u32>);
-/// A short: its bit in SHORTS, the event, and the task that the event triggers.
-pub(crate) type Short = (u32, u32, u32);
+/// What happens if the firmware writes a register.
+#[derive(Clone, Debug)]
+pub(crate) enum Access {
+    /// The register gets the value, which must be one of the modelled values.
+    Plain(RangeInclusive<u32>),
+    /// The value's ones set the bits of the register at this offset. Reading also reads that register.
+    Set(u32),
+    /// The value's ones clear the bits of the register at this offset. Reading also reads that register.
+    Clear(u32),
+    /// The value's ones clear the register's bits.
+    ClearOnes,
+    /// The value's zeros clear the register's bits, as in flash. These bits are broken and stay 1.
+    Flash(u32),
+}
 
-/// The modelled values of a register for which every value is modelled.
-pub(crate) const ANY: RangeInclusive<u32> = 0..=u32::MAX;
-/// The modelled values of a register that cannot be written.
+/// A register: its offset, its value after a reset, and the effect of writing.
+pub(crate) type Register = (u32, u32, Access);
+
+/// A register for which every value is modelled.
+pub(crate) const ANY: Access = Access::Plain(0..=u32::MAX);
+/// A register that cannot be written.
 #[expect(clippy::reversed_empty_ranges, reason = "no value")]
-pub(crate) const READ_ONLY: RangeInclusive<u32> = 1..=0;
+pub(crate) const READ_ONLY: Access = Access::Plain(1..=0);
 
-/// A peripheral's plain registers, events, shorts and interrupt enables.
+/// A peripheral's registers, events and interrupt enables.
 #[derive(Clone, Debug)]
 pub(crate) struct Common {
     /// The peripheral's name, for messages.
@@ -131,20 +161,18 @@ pub(crate) struct Common {
     enabled: u32,
     /// Whether events are raised only while their interrupts are enabled: section "RTC", "Event control feature".
     pub(crate) raised_only_if_enabled: bool,
-    modelled_shorts: Vec<Short>,
-    shorts: u32,
-    plain: Vec<Plain>,
+    registers: BTreeMap<u32, (u32, Access)>,
 }
 
 impl Common {
-    /// Creates the state after a reset, from the offsets of the events, the modelled shorts, and the plain registers.
+    /// Creates the state after a reset, from the offsets of the events and the registers.
     pub(crate) fn new(
         name: &'static str,
         base: u32,
         events: &[u32],
-        shorts: &[Short],
-        plain: &[Plain],
+        registers: impl IntoIterator<Item = Register>,
     ) -> Self {
+        let registers = registers.into_iter();
         Self {
             name,
             base,
@@ -152,28 +180,34 @@ impl Common {
             raised: 0,
             enabled: 0,
             raised_only_if_enabled: false,
-            modelled_shorts: shorts.to_vec(),
-            shorts: 0,
-            plain: plain.to_vec(),
+            registers: registers
+                .map(|(at, value, access)| (at, (value, access)))
+                .collect(),
         }
     }
 
-    pub(crate) fn raise(&mut self, event: u32) {
+    pub(crate) fn raise(&mut self, event: u32, context: &mut Context) {
         if !self.raised_only_if_enabled || self.enabled & bit(event) != 0 {
             self.raised |= bit(event);
         }
-    }
-
-    /// Returns the tasks that the enabled shorts trigger at this event.
-    pub(crate) fn shorted(&self, event: u32) -> impl Iterator<Item = u32> {
-        let shorts = self.modelled_shorts.iter();
-        let taken = shorts.filter(move |(bit, at, _)| self.shorts & bit != 0 && *at == event);
-        taken.map(|(.., task)| *task)
+        context.raised.push_back(self.base + event);
     }
 
     /// Returns whether the interrupt line is active.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
+    }
+
+    /// Sets a register, as the peripheral itself does.
+    pub(crate) fn set(&mut self, offset: u32, value: u32) {
+        let (word, _) = self.registers.get_mut(&offset).expect("a register");
+        *word = value;
+    }
+
+    /// Breaks bits of a word of flash, so that they stay 1.
+    pub(crate) fn break_bits(&mut self, offset: u32, bits: u32) {
+        self.registers
+            .insert(offset, (self[offset], Access::Flash(bits)));
     }
 
     /// Reads a register. Returns `None` if the register is not in the tables.
@@ -182,21 +216,16 @@ impl Common {
             0x100..=0x17C if self.existing & bit(offset) != 0 => {
                 Some(u32::from(self.raised & bit(offset) != 0))
             }
-            0x200 if !self.modelled_shorts.is_empty() => Some(self.shorts),
             0x300 | 0x304 | 0x308 if self.existing != 0 => Some(self.enabled),
-            _ => {
-                let mut plain = self.plain.iter();
-                plain
-                    .find(|(at, ..)| *at == offset)
-                    .map(|(_, value, _)| *value)
-            }
+            _ => match self.registers.get(&offset)? {
+                (_, Access::Set(of) | Access::Clear(of)) => self.load(*of),
+                (value, _) => Some(*value),
+            },
         }
     }
 
     /// Writes a register. Returns `None` if the register is not in the tables, or its value is not modelled.
     pub(crate) fn store(&mut self, offset: u32, value: u32) -> Option<()> {
-        let shorts = self.modelled_shorts.iter();
-        let modelled_shorts = shorts.fold(0, |mask, (bit, ..)| mask | bit);
         let are_events = self.existing != 0 && value & !self.existing == 0;
         match offset {
             0x100..=0x17C if self.existing & bit(offset) != 0 => {
@@ -205,31 +234,35 @@ impl Common {
                     self.raised &= !bit(offset);
                 }
             }
-            0x200 if value & !modelled_shorts == 0 => self.shorts = value,
             0x300 if are_events => self.enabled = value,
             0x304 if are_events => self.enabled |= value,
             0x308 if self.existing != 0 => self.enabled &= !value,
-            _ => {
-                let mut plain = self.plain.iter_mut();
-                let (_, word, modelled) = plain.find(|(at, ..)| *at == offset)?;
-                if !modelled.contains(&value) {
-                    return None;
+            _ => match self.registers.get_mut(&offset)? {
+                (word, Access::Plain(modelled)) if modelled.contains(&value) => *word = value,
+                (_, Access::Plain(_)) => return None,
+                (word, Access::ClearOnes) => *word &= !value,
+                (word, Access::Flash(broken)) => *word &= value | *broken,
+                (_, Access::Set(of)) => {
+                    let of = *of;
+                    return self.store(of, self[of] | value);
                 }
-                *word = value;
-            }
+                (_, Access::Clear(of)) => {
+                    let of = *of;
+                    return self.store(of, self[of] & !value);
+                }
+            },
         }
         Some(())
     }
 }
 
-/// The value of the plain register at an offset.
+/// The value of the register at an offset.
 impl Index<u32> for Common {
     type Output = u32;
 
     fn index(&self, offset: u32) -> &u32 {
-        let mut plain = self.plain.iter();
-        let found = plain.find(|(at, ..)| *at == offset);
-        found.map(|(_, value, _)| value).expect("a plain register")
+        let (value, _) = self.registers.get(&offset).expect("a register");
+        value
     }
 }
 

@@ -4,90 +4,51 @@
 //! 31, whose events and tasks are fixed, are not modelled. A task follows its event immediately. On
 //! silicon it may follow one cycle of 16 MHz later.
 
-use crate::peripheral::{Common, Context, Peripheral};
+use crate::peripheral::{ANY, Access, Common, Context, Peripheral};
+
+pub(crate) const PPI: u32 = 0x4001_F000;
 
 const CHEN: u32 = 0x500;
-const CHENSET: u32 = 0x504;
-const CHENCLR: u32 = 0x508;
 /// The offsets of the channels' events and tasks, the groups, and the forks.
 const CHANNEL: u32 = 0x510;
 const GROUP: u32 = 0x800;
 const FORK: u32 = 0x910;
-const CHANNELS: usize = 20;
-const PROGRAMMABLE: u32 = (1 << CHANNELS) - 1;
+const CHANNELS: u32 = 20;
 
 #[derive(Debug)]
-pub(crate) struct Ppi {
-    common: Common,
-    enabled: u32,
-    /// Each channel's event and task.
-    channels: [u32; 2 * CHANNELS],
-    groups: [u32; 6],
-    forks: [u32; CHANNELS],
-}
+pub(crate) struct Ppi(Common);
 
 impl Ppi {
     pub(crate) fn new() -> Self {
-        Self {
-            common: Common::new("PPI", 0x4001_F000, &[], &[], &[]),
-            enabled: 0,
-            channels: [0; 2 * CHANNELS],
-            groups: [0; 6],
-            forks: [0; CHANNELS],
-        }
+        let words = [(CHANNEL, 2 * CHANNELS), (GROUP, 6), (FORK, CHANNELS)].into_iter();
+        let words = words.flat_map(|(first, count)| (first..first + 4 * count).step_by(4));
+        let enables = [
+            (CHEN, 0, Access::Plain(0..=(1 << CHANNELS) - 1)),
+            (CHEN + 4, 0, Access::Set(CHEN)),
+            (CHEN + 8, 0, Access::Clear(CHEN)),
+        ];
+        let registers = words.map(|offset| (offset, 0, ANY)).chain(enables);
+        Self(Common::new("PPI", PPI, &[], registers))
     }
+}
 
-    /// Returns the tasks that this event triggers. The lowest channel comes first, and each
-    /// channel's task before its fork.
-    pub(crate) fn tasks(&self, event: u32) -> impl Iterator<Item = u32> {
-        let (channels, _) = self.channels.as_chunks();
-        (0..)
-            .zip(channels)
-            .zip(self.forks)
-            .filter(move |((n, [at, _]), _)| self.enabled >> n & 1 == 1 && *at == event)
-            .flat_map(|((_, [_, task]), fork)| [*task, fork])
-            .filter(|task| *task != 0)
-    }
-
-    fn word(&mut self, offset: u32) -> Option<&mut u32> {
-        let (words, first) = match offset {
-            FORK.. => (&mut self.forks[..], FORK),
-            GROUP.. => (&mut self.groups[..], GROUP),
-            _ => (&mut self.channels[..], CHANNEL),
-        };
-        words.get_mut((offset.checked_sub(first)? / 4) as usize)
-    }
+/// Returns the tasks that this event triggers, by the registers of PPI. The lowest channel comes first, and each
+/// channel's task before its fork.
+pub(crate) fn tasks(ppi: &Common, event: u32) -> Vec<u32> {
+    let channels = (0..CHANNELS).filter(|n| ppi[CHEN] >> n & 1 == 1);
+    let channels = channels.filter(|n| ppi[CHANNEL + 8 * n] == event);
+    let tasks = channels.flat_map(|n| [ppi[CHANNEL + 8 * n + 4], ppi[FORK + 4 * n]]);
+    tasks.filter(|task| *task != 0).collect()
 }
 
 impl Peripheral for Ppi {
     fn common(&mut self) -> &mut Common {
-        &mut self.common
-    }
-
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
-        match offset {
-            CHEN | CHENSET | CHENCLR => Some(self.enabled),
-            _ => self.word(offset).copied(),
-        }
-    }
-
-    fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        match offset {
-            CHENSET if value & !PROGRAMMABLE == 0 => self.enabled |= value,
-            CHENCLR => self.enabled &= !value,
-            _ => *self.word(offset)? = value,
-        }
-        Some(())
+        &mut self.0
     }
 
     /// The task `CHG\[n\].EN` is at 8 n, followed by `CHG\[n\].DIS`.
     fn task(&mut self, offset: u32, _: &mut Context) -> Option<()> {
-        let group = *self.groups.get((offset / 8) as usize)?;
-        if offset & 4 == 0 {
-            self.enabled |= group;
-        } else {
-            self.enabled &= !group;
-        }
-        Some(())
+        let group = self.0.load(GROUP + offset / 8 * 4)?;
+        self.0.store(CHEN + 4 + (offset & 4), group)
     }
 }

@@ -9,7 +9,7 @@
 
 use crate::MICROSECOND;
 use crate::line::SerialLine;
-use crate::peripheral::{ANY, Common, Context, Peripheral};
+use crate::peripheral::{ANY, Access, Common, Context, Peripheral};
 use crate::trace::Period;
 
 const STOP: u32 = 0x004;
@@ -46,19 +46,21 @@ pub(crate) struct Pwm {
 
 impl Pwm {
     pub(crate) fn new() -> Self {
-        let mut plain = vec![
+        let registers = [
             // The PWM is never disabled.
-            (ENABLE, 0, 1..=1),
-            (COUNTERTOP, 0x3FF, 3..=0x7FFF),
-            (PRESCALER, 0, 0..=7),
-            (DECODER, 0, INDIVIDUAL..=INDIVIDUAL),
+            (ENABLE, 0, Access::Plain(1..=1)),
+            (COUNTERTOP, 0x3FF, Access::Plain(3..=0x7FFF)),
+            (PRESCALER, 0, Access::Plain(0..=7)),
+            (DECODER, 0, Access::Plain(INDIVIDUAL..=INDIVIDUAL)),
             (PTR, 0, ANY),
-            (CNT, 0, STEP..=STEP),
+            (CNT, 0, Access::Plain(STEP..=STEP)),
         ];
-        plain.extend(PSEL.map(|offset| (offset, u32::MAX, ANY)));
+        let registers = registers
+            .into_iter()
+            .chain(PSEL.map(|offset| (offset, u32::MAX, ANY)));
         let events = [SEQSTARTED0, PWMPERIODEND, STOPPED];
         Self {
-            common: Common::new("PWM0", 0x4001_C000, &events, &[], &plain),
+            common: Common::new("PWM0", 0x4001_C000, &events, registers),
             values: [0; 4],
             queued: None,
             period_ends_at: None,
@@ -98,7 +100,7 @@ impl Pwm {
 
     fn play(&mut self, values: [u16; 4], context: &mut Context) {
         self.values = values;
-        context.raise(SEQSTARTED0);
+        self.common.raise(SEQSTARTED0, context);
     }
 
     fn begin_period(&mut self, context: &mut Context) {
@@ -139,7 +141,7 @@ impl Peripheral for Pwm {
                 self.queued = None;
                 self.stopping = self.period_ends_at.is_some();
                 if !self.stopping {
-                    context.raise(STOPPED);
+                    self.common.raise(STOPPED, context);
                 }
                 Some(())
             }
@@ -157,10 +159,10 @@ impl Peripheral for Pwm {
 
     /// Ends a period. The PWM repeats its step until another sequence starts.
     fn advance(&mut self, context: &mut Context) {
-        context.raise(PWMPERIODEND);
+        self.common.raise(PWMPERIODEND, context);
         if std::mem::take(&mut self.stopping) {
             self.period_ends_at = None;
-            context.raise(STOPPED);
+            self.common.raise(STOPPED, context);
             return;
         }
         if let Some(queued) = self.queued.take() {

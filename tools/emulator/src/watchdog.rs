@@ -7,7 +7,9 @@
 
 use crate::CYCLES_PER_SECOND;
 use crate::line::SerialLine;
-use crate::peripheral::{Common, Context, Peripheral};
+use crate::peripheral::{Access, Common, Context, Peripheral, READ_ONLY};
+
+pub(crate) const WATCHDOG: u32 = 0x4001_0000;
 
 const START: u32 = 0x000;
 const RUNSTATUS: u32 = 0x400;
@@ -26,18 +28,19 @@ pub(crate) struct Watchdog {
     common: Common,
     /// The instant at which the watchdog resets the chip, if it runs.
     bites_at: Option<u64>,
-    /// Whether the chip must be reset now.
-    pub(crate) bit: bool,
 }
 
 impl Watchdog {
     pub(crate) fn new() -> Self {
         // "The minimum value is 0xF."
-        let plain = [(CRV, u32::MAX, 0xF..=u32::MAX), (RREN, 1, 1..=1)];
+        let registers = [
+            (CRV, u32::MAX, Access::Plain(0xF..=u32::MAX)),
+            (RREN, 1, Access::Plain(1..=1)),
+            (RUNSTATUS, 0, READ_ONLY),
+        ];
         Self {
-            common: Common::new("WDT", 0x4001_0000, &[], &[], &plain),
+            common: Common::new("WDT", WATCHDOG, &[], registers),
             bites_at: None,
-            bit: false,
         }
     }
 
@@ -45,23 +48,11 @@ impl Watchdog {
         let timeout = low_frequency(u64::from(self.common[CRV]) + 1);
         self.bites_at = Some(now + timeout + low_frequency(2));
     }
-
-    /// Pauses for this number of cycles, in which a debugger halts the core.
-    pub(crate) fn pause(&mut self, cycles: u64) {
-        self.bites_at = self.bites_at.map(|at| at + cycles);
-    }
 }
 
 impl Peripheral for Watchdog {
     fn common(&mut self) -> &mut Common {
         &mut self.common
-    }
-
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
-        match offset {
-            RUNSTATUS => Some(u32::from(self.bites_at.is_some())),
-            _ => self.common.load(offset),
-        }
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
@@ -84,6 +75,7 @@ impl Peripheral for Watchdog {
             return None;
         }
         if self.bites_at.is_none() {
+            self.common.set(RUNSTATUS, 1);
             self.reload(context.now);
         }
         Some(())
@@ -93,8 +85,12 @@ impl Peripheral for Watchdog {
         self.bites_at
     }
 
-    fn advance(&mut self, _: &mut Context) {
+    fn advance(&mut self, context: &mut Context) {
         self.bites_at = None;
-        self.bit = true;
+        context.bites = true;
+    }
+
+    fn pause(&mut self, cycles: u64) {
+        self.bites_at = self.bites_at.map(|at| at + cycles);
     }
 }

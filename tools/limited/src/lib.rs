@@ -2,6 +2,7 @@
 //! a test that waits for the output or the end of such a process would hang for ever.
 
 use std::io::{self, Read, Write};
+use std::ops::Deref;
 use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Output, Stdio};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};
@@ -61,20 +62,6 @@ impl Process {
         })
     }
 
-    /// Returns the process's number.
-    #[must_use]
-    pub fn id(&self) -> u32 {
-        self.child.id()
-    }
-
-    /// Returns the exit status, or `None` if the process still runs.
-    ///
-    /// # Errors
-    /// Returns an error if the system does not tell.
-    pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
-        self.child.try_wait()
-    }
-
     /// Closes standard input, and waits for the process to end.
     ///
     /// # Errors
@@ -82,14 +69,6 @@ impl Process {
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         drop(self.stdin.take());
         self.child.wait()
-    }
-
-    /// Kills the process.
-    ///
-    /// # Errors
-    /// Returns an error if the process cannot be killed.
-    pub fn kill(&mut self) -> io::Result<()> {
-        self.child.kill()
     }
 
     /// Writes the input to the process, and waits for its end. Returns its output.
@@ -122,6 +101,15 @@ impl Process {
     /// Returns an error if the output cannot be read.
     pub fn wait_with_output(self) -> io::Result<Output> {
         self.feed(&[])
+    }
+}
+
+/// The process's number, its exit status if it has one, and a function that kills it.
+impl Deref for Process {
+    type Target = SharedChild;
+
+    fn deref(&self) -> &SharedChild {
+        &self.child
     }
 }
 

@@ -7,10 +7,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::child_processes::status_within;
@@ -73,32 +73,18 @@ impl Verdict {
     }
 }
 
-/// A part of CBMC's answer.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Part {
-    message_type: Option<String>,
-    message_text: Option<String>,
-    result: Option<Vec<Property>>,
-}
-
 /// A property of the C program.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
 struct Property {
-    #[serde(rename = "property")]
     id: String,
     description: String,
     status: Status,
-    #[serde(default)]
-    trace: Vec<Step>,
-    #[serde(default)]
-    source_location: Place,
+    /// The file and the line of the property.
+    file: String,
+    line: String,
 }
 
-/// CBMC's answer about a property. A status with another name is an error of the prover.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
+/// CBMC's answer about a property.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Status {
     /// The property holds in every execution.
     Success,
@@ -110,14 +96,16 @@ enum Status {
     Error,
 }
 
-/// The source position of a property. For translated Rust, the position has no file, because a position in the
-/// translated C program means nothing to readers.
-#[derive(Default, Deserialize)]
-struct Place {
+/// A part of CBMC's answer in JSON, which contains the execution that leads to a failed property.
+#[derive(Deserialize)]
+struct Part {
+    result: Option<Vec<Traced>>,
+}
+
+#[derive(Deserialize)]
+struct Traced {
     #[serde(default)]
-    file: String,
-    #[serde(default)]
-    line: String,
+    trace: Vec<Step>,
 }
 
 /// A step of the execution that leads to a failed property.
@@ -145,7 +133,7 @@ impl Property {
 
     /// Returns the description, and the position if it is in a header.
     fn says(&self) -> String {
-        let Place { file, line } = &self.source_location;
+        let Self { file, line, .. } = self;
         if Path::new(file).parent() == Some(Path::new("")) {
             return self.description.clone();
         }
@@ -267,12 +255,13 @@ impl Run<'_> {
             return Ok(());
         }
         fs::write(&self.source, program)?;
-        let Some(properties) = self.properties(&[])? else {
+        let Some(said) = self.output(&[])? else {
             answer.verdict = Verdict::NoAnswerInTime;
             let what = "no answer in time; use --timeout to allow more";
             answer.failures.push(what.to_owned());
             return Ok(());
         };
+        let properties = read(&said)?;
         answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
         (answer.verdict, answer.failures) = classify(&properties, self.harness);
         let broken = properties.iter().find(|one| !one.is_goal() && one.fails());
@@ -288,10 +277,11 @@ impl Run<'_> {
     /// Returns the values of a counterexample. Each line has the type of a value, the source position at which the
     /// harness asked for this value, and the numbers in the value.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
-        let properties = self.properties(&["--trace", "--property", property])?;
-        let properties = properties.into_iter().flatten();
+        let said = self.output(&["--json-ui", "--trace", "--property", property])?;
+        let parts: Vec<Part> = serde_json::from_str(&said.unwrap_or_default())?;
+        let traced = parts.into_iter().filter_map(|part| part.result).flatten();
         let mut lines: Vec<String> = Vec::new();
-        for step in properties.flat_map(|property| property.trace) {
+        for step in traced.flat_map(|traced| traced.trace) {
             if let Some(place) = step.output.as_deref().and_then(|id| id.strip_prefix(INPUT)) {
                 lines.push(format!("{place} ="));
             } else if let (Some(_), [value]) = (&step.input, step.values.as_slice())
@@ -304,27 +294,27 @@ impl Run<'_> {
         Ok(lines)
     }
 
-    /// Returns the properties and whether they hold, or `None` if the time limit is reached.
-    fn properties(&self, more: &[&str]) -> Result<Option<Vec<Property>>> {
-        let answer = self.source.with_extension("json");
+    /// Returns CBMC's output, or `None` if the time limit is reached.
+    fn output(&self, more: &[&str]) -> Result<Option<String>> {
+        let answer = self.source.with_extension("txt");
         let mut command = self.command(more);
-        command.stdout(File::create(&answer)?).stderr(Stdio::null());
+        let file = File::create(&answer)?;
+        command.stdout(file.try_clone()?).stderr(file);
         let left = self.ends.saturating_duration_since(Instant::now());
         if status_within(left, &mut command)?.is_none() {
             return Ok(None);
         }
-        let see = || format!("CBMC did not check the program; see {}", answer.display());
-        read(&fs::read_to_string(&answer)?)
-            .with_context(see)
-            .map(Some)
+        Ok(Some(fs::read_to_string(&answer)?))
     }
 
     /// Returns the command that checks the program.
     fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(&self.cache.cbmc.program);
+        // The solver reads its memory in no order. With large pages, CBMC takes a tenth less time.
+        command.env("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1");
         command
             .arg(&self.source)
-            .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
+            .args(["--object-bits", "16", "--unwinding-assertions"])
             // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
             // CBMC tracks each element separately in arrays of up to 1024 elements.
@@ -345,15 +335,44 @@ impl Run<'_> {
     }
 }
 
-/// Returns the properties in CBMC's answer.
-fn read(answer: &str) -> Result<Vec<Property>> {
-    let parts: Vec<Part> = serde_json::from_str(answer)?;
-    let is_error = |part: &&Part| part.message_type.as_deref() == Some("ERROR");
-    let errors = parts.iter().filter(is_error);
-    let errors: Vec<_> = errors
-        .filter_map(|part| part.message_text.clone())
-        .collect();
-    let errors = errors.join("; ");
-    let found = parts.into_iter().find_map(|part| part.result);
-    found.context(errors)
+/// Returns the properties in CBMC's output in plain text. Plain text has no executions, which CBMC would write for each
+/// cover. A line such as `[f.assertion.1] line 5 a sum: SUCCESS` is about a property in the file that the last line such
+/// as `FILE function f` names.
+fn read(said: &str) -> Result<Vec<Property>> {
+    let unchecked = || format!("CBMC did not check the program: {said}");
+    let (_, results) = said.split_once("** Results:\n").with_context(unchecked)?;
+    let (mut file, mut count) = ("", None);
+    let mut properties = Vec::new();
+    for line in results.lines() {
+        let property = line
+            .strip_prefix('[')
+            .and_then(|rest| rest.split_once("] "));
+        if let Some((id, rest)) = property {
+            let (rest, status) = rest.rsplit_once(": ").context("a status")?;
+            let place = rest
+                .strip_prefix("line ")
+                .and_then(|rest| rest.split_once(' '));
+            let (line, description) = place.unwrap_or(("", rest));
+            properties.push(Property {
+                id: id.to_owned(),
+                description: description.to_owned(),
+                status: match status {
+                    "SUCCESS" => Status::Success,
+                    "FAILURE" => Status::Failure,
+                    "UNKNOWN" => Status::Unknown,
+                    "ERROR" => Status::Error,
+                    other => bail!("unknown status {other}"),
+                },
+                file: file.to_owned(),
+                line: line.to_owned(),
+            });
+        } else if let Some((path, _)) = line.split_once(" function ") {
+            file = path;
+        } else if let Some(sum) = line.strip_prefix("** ") {
+            // A line such as `** 2 of 803 failed (3 iterations)`
+            count = sum.split(' ').nth(2).and_then(|all| all.parse().ok());
+        }
+    }
+    ensure!(count == Some(properties.len()), "the output is incomplete");
+    Ok(properties)
 }

@@ -26,7 +26,11 @@ fn prover(arguments: &[&str]) -> Command {
 
 /// Runs the prover. Returns the answer for each harness, by name.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
-    let output = run_within(LIMIT, &mut prover(arguments), b"").expect("the prover starts");
+    answers_of(&mut prover(arguments))
+}
+
+fn answers_of(prover: &mut Command) -> serde_json::Map<String, Value> {
+    let output = run_within(LIMIT, prover, b"").expect("the prover starts");
     let said = String::from_utf8_lossy(&output.stderr);
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
     let answers = answer.as_array().expect("a list of answers");
@@ -80,6 +84,49 @@ fn every_fault_is_found_and_nothing_else() {
         input.starts_with("[u8; 2] at ") && input.ends_with("= 0x41 0x0d"),
         "{input}"
     );
+}
+
+/// The package that `cargo xtask own-proof` makes is proved in its own folder, and a mistake in its format is found.
+#[test]
+#[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
+fn a_format_of_ones_own_is_proved_in_its_own_folder() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own-proof");
+    let _ = std::fs::remove_dir_all(&folder);
+    let mut make = Command::new("sh");
+    make.args(["tools/xtask/stages.sh", "own_proof"])
+        .arg(&folder);
+    make.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    assert!(make.status().expect("sh starts").success());
+    let unproved = || {
+        let mut prover = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
+        prover
+            .args(["--json", "--package", "own-frame"])
+            .current_dir(&folder);
+        let mut answers = answers_of(&mut prover);
+        assert_eq!(answers.len(), 4);
+        answers.retain(|_, answer| answer["verdict"] != "proved");
+        answers
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(unproved(), [""; 0]);
+    let library = folder.join("src/lib.rs");
+    let right = std::fs::read_to_string(&library).expect("a source");
+    for (text, mistake, harness) in [
+        ("i16::from_le_bytes", "i16::from_be_bytes", "round_trip"),
+        ("frame.len() == 6", "frame[5] > 0", "no_panic"),
+        (
+            "..Checksum::at",
+            "from: 3, ..Checksum::at",
+            "one_wrong_byte_is_noticed",
+        ),
+    ] {
+        assert!(right.contains(text), "{text}");
+        std::fs::write(&library, right.replace(text, mistake)).expect("written");
+        let harness = format!("proofs::{harness}");
+        assert!(unproved().contains(&harness), "{mistake}");
+    }
 }
 
 #[test]

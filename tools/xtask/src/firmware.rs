@@ -70,7 +70,7 @@ struct Contradiction {
 /// Puts each contradiction of `firmware/contradictions.toml` into a copy of the sources. Returns those that the
 /// compiler does not report with the right message.
 pub(crate) fn accepted_contradictions(workspace: &Workspace, copy: &Path) -> Result<Vec<String>> {
-    let mut check = workspace.script(&["check_settings"]);
+    let mut check = workspace.script(&["build_settings"]);
     check.arg(copy);
     run(&mut check)?;
     let folder = copy.join("firmware");

@@ -34,6 +34,11 @@ enum Task {
     Firmware(firmware::Arguments),
     /// Make framelock-c.zip and framelock-arduino.zip, the archives for C and Arduino, in target/archives
     Archives,
+    /// Make a package with a format of your own and its theorems in FOLDER, which must not exist
+    OwnProof {
+        /// The new folder
+        folder: std::path::PathBuf,
+    },
     Emulate(emulate::Arguments),
     /// Build the page that shows the machines in a browser, target/web/index.html
     Web {
@@ -69,6 +74,10 @@ fn run(task: &Task) -> Result<bool> {
         Task::Bugs(arguments) => bugs::bugs(workspace, arguments)?,
         Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
         Task::Archives => workspace::run(&mut workspace.script(&["archives"]))?,
+        Task::OwnProof { folder } => {
+            let folder = std::path::absolute(folder)?;
+            workspace::run(workspace.script(&["own_proof"]).arg(folder))?;
+        }
         Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
         Task::Web { open } => {
             workspace::run(workspace.script(&["page"]).args(open.then_some("--open")))?;

@@ -100,7 +100,7 @@ mod tests {
     const TESTS: &str = "
         #[test] fn passes() {}
         #[test] fn fails() { assert!(false); }
-        #[test] fn hangs() { loop { std::thread::yield_now(); } }
+        #[test] fn hangs() { loop { std::thread::park(); } }
         #[test] fn ends_the_program() { std::process::exit(1); }
     ";
 

@@ -1,6 +1,8 @@
 //! The summary of a stream. It counts in 64 bits, because the receiver's 32-bit counters may wrap in a long recording.
 
-use framelock::{Counters, Discarded};
+use std::collections::BTreeMap;
+
+use framelock::{Counters, Discarded, LineEvent};
 use framelock_receiving::{AnyLine, Protocol};
 use serde::Serialize;
 
@@ -19,6 +21,12 @@ pub(super) struct Summary {
     pending: usize,
     discarded_by: DiscardedTotals,
     resynchronisations: u64,
+    /// The number of line events that the input records, of each kind.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    line_events: BTreeMap<String, u64>,
+    /// The number of frames of each kind, if there are several kinds.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    kinds: BTreeMap<String, u64>,
     /// The counters at the last update.
     #[serde(skip)]
     before: Counters,
@@ -32,6 +40,17 @@ impl Summary {
             frame_bytes: (!has_one_length).then_some(0),
             ..Self::default()
         }
+    }
+
+    /// Counts a frame of a kind.
+    #[cold]
+    pub(super) fn count_frame(&mut self, kind: &str) {
+        *self.kinds.entry(kind.to_owned()).or_default() += 1;
+    }
+
+    /// Counts a line event that the input records.
+    pub(super) fn count_event(&mut self, event: LineEvent) {
+        *self.line_events.entry(event.to_string()).or_default() += 1;
     }
 
     /// Adds the increase of each counter since the last update. At the end of the input, the receiver discards the

@@ -78,9 +78,8 @@ fn lines(story: &Story) -> Vec<Vec<Span>> {
     rows.extend((0..4).map(|_| vec![(text.next().unwrap_or("").into(), PLAIN)]));
     for station in &story.stations {
         let fates = &station.fates[station.fates.len().saturating_sub(WIDTH)..];
-        let marks = fates
-            .iter()
-            .map(|fate| fate.map_or((" ".into(), PLAIN), mark));
+        let blank = || (" ".into(), PLAIN);
+        let marks = fates.iter().map(|fate| fate.map_or_else(blank, mark));
         rows.extend([
             Vec::new(),
             status(station, story.time),
@@ -97,13 +96,9 @@ fn lines(story: &Story) -> Vec<Vec<Span>> {
 
 /// Returns a row with some text at its left end and some text at its right end.
 fn ends(mut left: Vec<Span>, right: Span) -> Vec<Span> {
-    let used: usize = left
-        .iter()
-        .chain([&right])
-        .map(|(text, _)| text.chars().count())
-        .sum();
-    left.push((" ".repeat(WIDTH.saturating_sub(used)), PLAIN));
-    left.push(right);
+    let lengths = left.iter().chain([&right]);
+    let used: usize = lengths.map(|(text, _)| text.chars().count()).sum();
+    left.extend([(" ".repeat(WIDTH.saturating_sub(used)), PLAIN), right]);
     left
 }
 

@@ -314,19 +314,13 @@ impl Story {
             }),
         });
         for (index, station) in self.stations.iter_mut().enumerate() {
-            let has = |outcome| {
-                bytes
-                    .iter()
-                    .any(|byte| byte.outcomes.get(index) == Some(&outcome))
-            };
-            let fate = if has(Outcome::Wrong) {
-                Fate::Wrong
-            } else if has(Outcome::Delivered) {
-                Fate::Delivered
-            } else if is_whole {
-                Fate::Missed
-            } else {
-                Fate::Broken
+            let outcomes = bytes.iter().map(|byte| byte.outcomes.get(index));
+            let has = |outcome| outcomes.clone().any(|one| one == Some(&outcome));
+            let fate = match is_whole {
+                _ if has(Outcome::Wrong) => Fate::Wrong,
+                _ if has(Outcome::Delivered) => Fate::Delivered,
+                true => Fate::Missed,
+                false => Fate::Broken,
             };
             station.record(self.time, Some(fate));
         }

@@ -1,7 +1,7 @@
 //! The frames to send: a built-in motion, the rows of a profile, or setpoints from UDP datagrams of motion software.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use framelock_simulation::Motion;
 
 use crate::input::Input;
 use crate::options;
-use crate::output::note;
+use crate::output::{lock, note};
 use crate::rows::rows;
 
 /// A source of frames.
@@ -86,25 +86,20 @@ impl Datagrams {
         // This thread ends with the process.
         thread::spawn(move || {
             let failure = listener.receive(&socket).to_string();
-            listener.lock().failure = Some(failure);
+            lock(&listener.received).failure = Some(failure);
         });
         Ok(datagrams)
     }
 
     /// Returns a copy of the counts and the latest setpoint.
     pub(super) fn received(&self) -> Received {
-        self.lock().clone()
+        lock(&self.received).clone()
     }
 
     /// Returns the latest setpoint, or `None` if it is stale, so that the board's failsafe takes over.
     pub(super) fn setpoint(&self) -> Option<Setpoint> {
-        let latest = self.lock().latest;
+        let latest = lock(&self.received).latest;
         latest.and_then(|(setpoint, at)| (at.elapsed() < self.stale_after).then_some(setpoint))
-    }
-
-    /// Locks the state, even after a panic of another thread, since the state is always valid.
-    fn lock(&self) -> MutexGuard<'_, Received> {
-        self.received.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Receives datagrams until the socket fails, and returns the error.
@@ -119,7 +114,7 @@ impl Datagrams {
             };
             let at = Instant::now();
             let outcome = parse(&buffer[..length]);
-            let mut received = self.lock();
+            let mut received = lock(&self.received);
             received.count += 1;
             match outcome {
                 Ok(setpoint) => received.latest = Some((setpoint, at)),
@@ -191,7 +186,7 @@ mod tests {
                 ..Datagrams::default()
             };
             assert_eq!(datagrams.setpoint(), None);
-            datagrams.lock().latest = Some((setpoint, Instant::now()));
+            lock(&datagrams.received).latest = Some((setpoint, Instant::now()));
             assert_eq!(datagrams.setpoint(), expected);
         }
     }

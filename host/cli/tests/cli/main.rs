@@ -15,11 +15,13 @@ mod decode;
 mod demo;
 mod encode;
 mod every_subcommand;
+mod hints;
 #[cfg(target_os = "linux")]
 mod monitor;
 mod process;
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;
+mod recordings;
 mod round_trips;
 #[cfg(target_os = "linux")]
 mod send;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use framelock_description::{Description, Value};
+use framelock_description::{Description, Kind, Notation, Value};
 use framelock_oracles::frame;
 use rand::Rng;
 use rand::seq::IndexedRandom;
@@ -39,6 +39,53 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     row
 }
 
+/// Numbers in texts, in several notations, texts that are no numbers, and two numbers with a separator.
+const IN_TEXT: &[&str] = &[
+    "0",
+    "127",
+    "5;6",
+    "255",
+    "-5",
+    "-90",
+    " +12.5 ",
+    "- 3.25",
+    "007",
+    ".5",
+    "1e3",
+    "2147483647",
+    "-2147483648.4",
+    "2147483647.5",
+    "99999999999",
+    "0000000000000000001",
+    "1A",
+    "",
+    "-",
+];
+
+/// Returns a frame whose text has a pattern of the kind. Some of the values may be no numbers.
+pub fn text_frame(kind: &Kind, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let text = kind.texts.choose(random)?;
+    let numbers = &IN_TEXT[..*[5, 10, IN_TEXT.len()].choose(random)?];
+    let mut content = text.first.clone();
+    for value in &text.values {
+        content.extend(numbers.choose(random)?.bytes());
+        for byte in &value.after {
+            let count = if *byte == b' ' {
+                random.random_range(1..3)
+            } else {
+                1
+            };
+            content.extend(std::iter::repeat_n(*byte, count));
+        }
+    }
+    let choose = |count| random.random_range(0..count);
+    // A layout without a sync has a header of one byte, which is the first byte of the text.
+    let more = kind.layout().header().checked_sub(kind.text_at)?;
+    let mut frame = frame(kind.layout(), content.get(more..)?, choose).ok()?;
+    frame[kind.text_at..][..more].copy_from_slice(&content[..more]);
+    kind.layout().seal(&mut frame).then_some(frame)
+}
+
 /// Returns random frames of the kinds and views, as they are encoded: for each, a frame of random bytes is decoded, and
 /// its values are encoded.
 pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
@@ -70,7 +117,24 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             random.random_range(0..count)
         });
         let mut frame = filled.unwrap_or_else(|almost| almost);
+        let text = text_frame(shown, random);
+        let has_text = text.is_some();
+        frame = text.unwrap_or(frame);
+        let fields = shown.fields.iter();
+        for field in fields.filter(|it| it.notation == Notation::Hex && !it.is_bytes()) {
+            for byte in field.position(frame.len()).unwrap_or_default() {
+                frame[byte] = *b"0123456789ABCDEFabcdef".choose(random)?;
+            }
+        }
         let (at, sign) = &shown.sign;
+        // A text that identifies the frames begins with its first literal, or has this literal anywhere.
+        let literal = shown.texts.first().map(|text| match &*text.values {
+            [first, ..] if text.first.is_empty() => &first.after,
+            _ => &text.first,
+        });
+        let sign = literal
+            .filter(|_| sign.is_empty() && !has_text)
+            .unwrap_or(sign);
         frame.get_mut(*at..at + sign.len())?.copy_from_slice(sign);
         let is_sealed = kind.layout().seal(&mut frame) && description.is_frame(&frame);
         let values = is_sealed.then(|| values(description, &frame))?;
@@ -158,6 +222,7 @@ pub const COUNTED: &[&str] = &[
     ", factor = 2, plus = 6",
     ", factor = 4",
     ", mask = 0x3F",
+    ", mask = 0xFC",
 ];
 
 /// The forms of checksums: their algorithm, their type, and their number of bytes.

@@ -15,5 +15,5 @@ mod drawn;
 pub use agreement::{agrees_with_the_reference, is_refused_or_agrees};
 pub use drawn::{
     CHECKSUMS, CONTENTS, COUNTED, ENDS, FIELDS, LENGTH_TYPES, LENGTHS, PACKETS, SYNCS, description,
-    frames, values, with_any_end,
+    frames, text_frame, values, with_any_end,
 };

@@ -26,7 +26,7 @@ fn shipped_frames_come_out_and_their_values_make_them_again() {
         let description = Description::parse(name, text).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);
         // Frames of each kind and view occur.
-        let frames: Vec<Vec<u8>> = (0..20)
+        let frames: Vec<Vec<u8>> = (0..40)
             .flat_map(|_| frames(&description, &mut random))
             .collect();
         for (number, shown) in description.kinds_and_views().enumerate() {

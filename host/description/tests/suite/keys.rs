@@ -5,7 +5,7 @@ use framelock_description::{Description, EncodeError, hex};
 use serde_json::{Value as Json, json};
 
 /// Returns the names and values of a frame as text.
-fn shown(description: &Description, frame: &[u8]) -> String {
+pub(crate) fn shown(description: &Description, frame: &[u8]) -> String {
     let kind = description.kind(frame).unwrap();
     let fields = kind.values(frame).map(|(field, content)| {
         let values = content.values().map(|value| format!(" {value}"));

@@ -10,5 +10,6 @@
 )]
 
 mod keys;
+mod mavlink;
 mod shipped;
 mod wrong;

@@ -60,7 +60,7 @@ fn more_than_a_row_can_have_is_refused_before_it_is_made() {
         .unwrap_err()
         .to_string();
     assert!(
-        told.contains("the number of values in a row must be from 1 to 10000"),
+        told.contains("the number of values in a row must be from 1 to 40000"),
         "{told}"
     );
     let kinds = (0..3000).map(|number| format!("[[kinds]]\nname = \"k{number}\"\n"));

@@ -99,8 +99,7 @@ ANY_FUNCTION bool any_push(any_receiver *receiver, uint8_t byte, any_message *me
     if (length == 0U) {
         return false;
     }
-    any_decode(&receiver->buffer[receiver->from - length], length, message);
-    return true;
+    return any_read(&receiver->buffer[receiver->from - length], length, message);
 }
 
 ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
@@ -111,8 +110,7 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = any_next(receiver, false, &again);
-        if (length > 0U) {
-            any_decode(&receiver->buffer[receiver->from - length], length, message);
+        if ((length > 0U) && any_read(&receiver->buffer[receiver->from - length], length, message)) {
             return true;
         }
     } while (again);
@@ -156,8 +154,8 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
             has_waited = true;
             length = any_end_first(receiver, event);
         }
-        if ((length > 0U) && (received != NULL)) {
-            any_decode(&receiver->buffer[receiver->from - length], length, &message);
+        if ((length > 0U) && (received != NULL)
+            && any_read(&receiver->buffer[receiver->from - length], length, &message)) {
             received(context, &message);
         }
     }

@@ -24,10 +24,9 @@ ANY_FUNCTION bool any_push(any_receiver *receiver, uint8_t byte, any_message *me
     }
     if (outcome == ANY_FRAME) {
         /* All frames have the same length, so this frame consists of all pending bytes. */
-        any_decode(receiver->held, ANY_LONGEST, message);
         any_count_frame(receiver, ANY_LONGEST);
         receiver->count = 0U;
-        return true;
+        return any_read(receiver->held, ANY_LONGEST, message);
     }
     if (start > 0U) {
         /* Move the remaining bytes to the front. */

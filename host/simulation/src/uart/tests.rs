@@ -2,56 +2,56 @@
 
 use super::*;
 
-/// Receives a line that consists of pieces. Each piece is a level and its duration, in the sender's bits.
-fn heard(pieces: &[(bool, f64)], bit: f64, phase: u64) -> Vec<Heard> {
+/// Receives a line that a text describes: hexadecimal characters, `-` for a bit of pause, or a level (`0` or `1`) with
+/// its duration in bits, such as `0*0.45`. A character that `!` precedes has a low stop bit. The sender's clock is
+/// faster than the receiver's by `error`, and its first bit begins at `phase`.
+fn received(line: &str, error: f64, phase: u64) -> Vec<Heard> {
     let mut uart = Uart::default();
-    let mut bits = 0.0;
     uart.advance(true, phase);
-    for &(level, length) in pieces {
+    let mut bits = 0.0;
+    let mut hold = |level: bool, length: f64| {
         bits += length;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
             reason = "small"
         )]
-        let until = phase + (bits * bit) as u64;
+        let until = phase + (bits * BIT as f64 / (1.0 + error)) as u64;
         uart.advance(level, until);
+    };
+    for word in line.split(' ') {
+        if let Some((level, length)) = word.split_once('*') {
+            hold(level == "1", length.parse().unwrap());
+        } else if word == "-" {
+            hold(true, 1.0);
+        } else {
+            let byte = u8::from_str_radix(word.trim_start_matches('!'), 16).unwrap();
+            hold(false, 1.0);
+            (0..8).for_each(|bit| hold(byte >> bit & 1 == 1, 1.0));
+            hold(!word.starts_with('!'), 1.0);
+        }
     }
     uart.heard.into()
 }
 
-fn character(byte: u8) -> Vec<(bool, f64)> {
-    let mut pieces = vec![(false, 1.0)];
-    pieces.extend((0..8).map(|bit| (byte >> bit & 1 == 1, 1.0)));
-    pieces.push((true, 1.0));
-    pieces
-}
-
-#[expect(clippy::cast_precision_loss, reason = "small")]
-const ONE: f64 = BIT as f64;
-
-fn bytes(heard: &[Heard]) -> Vec<u8> {
-    heard
-        .iter()
-        .filter_map(|heard| match heard {
-            Heard::Byte { byte, .. } => Some(*byte),
-            Heard::FramingError => None,
-        })
-        .collect()
+/// Returns the bytes, and -1 for each framing error.
+fn heard(line: &str, error: f64, phase: u64) -> Vec<i16> {
+    let all = received(line, error, phase).into_iter();
+    let heard = all.map(|heard| match heard {
+        Heard::Byte { byte, .. } => byte.into(),
+        Heard::FramingError => -1,
+    });
+    heard.collect()
 }
 
 #[test]
 fn every_byte_is_read_as_it_was_sent() {
-    let mut pieces = Vec::new();
-    for byte in 0..=u8::MAX {
-        pieces.extend(character(byte));
-    }
-    let sent: Vec<u8> = (0..=u8::MAX).collect();
+    let line: Vec<String> = (0..=u8::MAX).map(|byte| format!("{byte:02X}")).collect();
+    let sent: Vec<i16> = (0..=u8::MAX).map(i16::from).collect();
     for phase in [0, 1, TICK / 2, TICK - 1] {
         for error in [-0.05, -0.02, 0.0, 0.02, 0.038] {
-            let all = heard(&pieces, ONE / (1.0 + error), phase);
-            assert_eq!(bytes(&all), sent, "{error}");
-            assert_eq!(all.len(), 256);
+            assert_eq!(heard(&line.join(" "), error, phase), sent, "{error}");
         }
     }
 }
@@ -62,19 +62,9 @@ fn every_byte_is_read_as_it_was_sent() {
 /// bit, if its speed is below 144 / 152 of the receiver's, which is 5.3 % too slow.
 #[test]
 fn beyond_five_per_cent_bytes_are_misread() {
-    let read = |error: f64| {
-        let mut pieces = Vec::new();
-        for byte in [0x55, 0x00, 0x55, 0x00] {
-            pieces.extend(character(byte));
-            pieces.push((true, 2.0));
-        }
-        bytes(&heard(&pieces, ONE / (1.0 + error), TICK / 2))
-    };
-    for error in [-0.052, 0.05] {
-        assert_eq!(read(error), [0x55, 0x00, 0x55, 0x00], "{error}");
-    }
-    for error in [-0.06, 0.06] {
-        assert_ne!(read(error), [0x55, 0x00, 0x55, 0x00], "{error}");
+    for (error, is_read) in [(-0.06, false), (-0.052, true), (0.05, true), (0.06, false)] {
+        let heard = heard("55 - - 00 - - 55 - - 00 - -", error, TICK / 2);
+        assert_eq!(heard == [0x55, 0, 0x55, 0], is_read, "{error}");
     }
 }
 
@@ -83,60 +73,28 @@ fn beyond_five_per_cent_bytes_are_misread() {
 /// fast.
 #[test]
 fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
-    let pieces = character(0x0F).repeat(100);
-    assert_eq!(bytes(&heard(&pieces, ONE / 1.038, 0)), [0x0F; 100]);
-    assert_ne!(bytes(&heard(&pieces, ONE / 1.045, 0)), [0x0F; 100]);
+    for (error, is_read) in [(0.038, true), (0.045, false)] {
+        let heard = heard(&["0F"; 100].join(" "), error, 0);
+        assert_eq!(heard == [0x0F; 100], is_read, "{error}");
+    }
 }
 
 #[test]
-fn two_of_three_samples_decide() {
-    // A spike over one sample of a bit changes nothing; a spike over two samples inverts the bit.
-    let spike = |ticks: f64| {
-        let mut pieces = vec![(false, 1.0), (true, 4.0)];
-        pieces.extend([(true, 7.0 / 16.0), (false, ticks / 16.0)]);
-        pieces.push((true, 5.0 - (7.0 + ticks) / 16.0));
-        bytes(&heard(&pieces, ONE, 0))
-    };
-    assert_eq!(spike(1.0), [0xFF]);
-    assert_eq!(spike(2.0), [0xEF]);
-}
-
-#[test]
-fn a_start_bit_that_is_too_short_is_ignored() {
-    let mut pieces = vec![(true, 3.0), (false, 0.45), (true, 2.0)];
-    pieces.extend(character(0x41));
-    assert_eq!(bytes(&heard(&pieces, ONE, 0)), [0x41]);
-}
-
-#[test]
-fn a_byte_without_stop_bit_is_not_stored() {
-    let mut pieces = character(0x41);
-    pieces.last_mut().unwrap().0 = false;
-    pieces.push((true, 1.0));
-    pieces.extend(character(0x42));
-    let all = heard(&pieces, ONE, 0);
-    assert!(
-        matches!(
-            all[..],
-            [Heard::FramingError, Heard::Byte { byte: 0x42, .. }]
-        ),
-        "{all:?}"
-    );
-}
-
-/// However long the line stays low, that is one framing error, and the next byte is read.
-#[test]
-fn a_line_that_stays_low_is_one_framing_error() {
-    for bits in [9.8, 10.2, 15.0, 100.0] {
-        let mut pieces = vec![(true, 1.0), (false, bits), (true, 1.0)];
-        pieces.extend(character(0x43));
-        let all = heard(&pieces, ONE, 0);
-        assert!(
-            matches!(
-                all[..],
-                [Heard::FramingError, Heard::Byte { byte: 0x43, .. }]
-            ),
-            "{bits}: {all:?}"
-        );
+fn noise_and_missing_stop_bits() {
+    for (line, expected) in [
+        // A spike over one sample of a bit changes nothing; a spike over two samples inverts the bit.
+        ("0*1 1*4.4375 0*0.0625 1*4.5", &[0xFF][..]),
+        ("0*1 1*4.4375 0*0.125 1*4.4375", &[0xEF]),
+        // A start bit that is too short is ignored.
+        ("1*3 0*0.45 1*2 41", &[0x41]),
+        // A byte without a stop bit is not stored.
+        ("!41 - 42", &[-1, 0x42]),
+        // However long the line stays low, that is one framing error, and the next byte is read.
+        ("- 0*9.8 - 43", &[-1, 0x43]),
+        ("- 0*10.2 - 43", &[-1, 0x43]),
+        ("- 0*15 - 43", &[-1, 0x43]),
+        ("- 0*100 - 43", &[-1, 0x43]),
+    ] {
+        assert_eq!(heard(line, 0.0, 0), expected, "{line}");
     }
 }

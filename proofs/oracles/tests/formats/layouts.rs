@@ -46,10 +46,10 @@ fn number(random: &mut ChaCha8Rng, at: usize) -> Number {
 }
 
 fn length_field(random: &mut ChaCha8Rng, at: usize) -> LengthField {
-    let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7];
+    let masks = [u32::MAX, 0xFF, 0x3F, 0x1F7, 0x1F8];
     LengthField {
         number: number(random, at),
-        mask: *masks.choose(random).expect("four"),
+        mask: *masks.choose(random).expect("five"),
         factor: random.random_range(1..=4),
         plus: random.random_range(-3..=12),
     }
@@ -258,7 +258,7 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     layout.longest = least + random.random_range(0..24);
     match field {
         Some(field) => {
-            let counted = field.mask & u32::MAX >> (32 - 8 * field.number.bytes);
+            let counted = field.value(u32::MAX >> (32 - 8 * field.number.bytes));
             let most = u64::from(counted) * u64::from(field.factor);
             let most = most.saturating_add_signed(field.plus.into());
             layout.longest = trailer + most.min(layout.longest as u64) as usize;
@@ -368,7 +368,7 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "checksum over digits", checksum.is_some_and(|it| it.over_hex_digits);
         "delimiter without a content", length == Length::Delimiter && content.is_empty();
         "length field" in &numbers, |&form| is(field.map(|it| it.number), form);
-        "mask of a length" in [0x3F, 0x1F7], |mask| field.is_some_and(|it| it.mask == mask);
+        "mask of a length" in [0x3F, 0x1F7, 0x1F8], |mask| field.is_some_and(|it| it.mask == mask);
         "factor of a length" in 1..=4, |factor| field.is_some_and(|it| it.factor == factor);
         "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
         "longest frame of several lengths", length != Length::Fixed && frames.iter().any(|frame| frame.len() == layout.longest);

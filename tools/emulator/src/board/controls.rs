@@ -6,8 +6,11 @@ use rsemu::cpu::arm::v7m::xpsr;
 
 use super::{Board, STUCK, core};
 use crate::assumptions::Assumptions;
+use crate::chip::TIMER0;
 use crate::line::{SerialLine, Symbol};
+use crate::nonvolatile::UICR;
 use crate::trace::{Reset, ResetCause};
+use crate::watchdog::WATCHDOG;
 use crate::{Error, Result};
 
 impl Board {
@@ -67,7 +70,7 @@ impl Board {
     /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
     /// the watchdog pauses unless WDT.CONFIG.HALT is 1.
     pub fn halt_for(&mut self, cycles: u64) {
-        self.shared.chip().peripherals.watchdog.pause(cycles);
+        self.shared.chip().unit(WATCHDOG).pause(cycles);
         self.shared.touched.store(true, Relaxed);
         self.hold_off(self.now, cycles);
     }
@@ -80,15 +83,14 @@ impl Board {
     pub fn skip_counts(&mut self, counts: u32) -> Result<()> {
         self.settle()?;
         self.shared.touched.store(true, Relaxed);
-        let [timer0, ..] = &mut self.shared.chip().peripherals.timers;
-        timer0.counter.skip(counts);
+        self.shared.chip().unit(TIMER0).skip(counts);
         Ok(())
     }
 
     /// Breaks a word of UICR, given by its offset: from now on, writing the word leaves these bits at 1.
     pub fn break_uicr(&mut self, offset: u32, bits: u32) {
         let mut chip = self.shared.chip();
-        chip.uicr.broken.insert(offset, bits);
+        chip.unit(UICR).common().break_bits(offset, bits);
     }
 
     /// Resets the chip by its reset pin.
@@ -113,7 +115,7 @@ impl Board {
         self.trace.resets.push(Reset { at, cause });
         self.core = core(&self.space);
         self.see_core();
-        self.handlers.reset();
+        self.handlers.clear();
         self.lines = 0;
         self.asleep = false;
         self.booted = false;

@@ -8,7 +8,7 @@ mod sampler;
 mod transmission;
 
 use crate::MICROSECOND;
-use crate::peripheral::{ANY, Common, Plain};
+use crate::peripheral::{ANY, Access, Common, Register};
 pub(crate) use reception::Reception;
 pub(crate) use transmission::Transmission;
 
@@ -39,17 +39,19 @@ impl Transfer {
     }
 }
 
-/// Returns the plain registers. `pointer` is the offset of PTR.
-fn plain(pointer: u32) -> Vec<Plain> {
+/// Returns the registers, with the modelled values of ENABLE and CONFIG. `pointer` is the offset of PTR.
+fn registers(pointer: u32, enable: Access, config: Access) -> Vec<Register> {
     // RTS, TXD, CTS, RXD.
     let pins = [0x508, PSEL_TXD, 0x510, PSEL_RXD];
-    let mut plain = pins.map(|offset| (offset, u32::MAX, ANY)).to_vec();
-    plain.extend([
-        (BAUDRATE, 0x0400_0000, 1..=u32::MAX),
+    let mut registers = pins.map(|offset| (offset, u32::MAX, ANY)).to_vec();
+    registers.extend([
+        (ENABLE, 0, enable),
+        (BAUDRATE, 0x0400_0000, Access::Plain(1..=u32::MAX)),
+        (CONFIG, 0, config),
         (pointer, 0, ANY),
-        (pointer + 4, 0, 0..=0xFFFF),
+        (pointer + 4, 0, Access::Plain(0..=0xFFFF)),
     ]);
-    plain
+    registers
 }
 
 /// Returns the cycles of a bit. A bit always lasts whole cycles of 16 MHz, as the section's "actual rates"

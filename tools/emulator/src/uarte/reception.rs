@@ -1,7 +1,7 @@
 //! UARTE0's receiver.
 //!
-//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX, stopping, and
-//! the causes of ERROR except parity. Flushing and the transmitter are not modelled. An access to one of its registers stops the
+//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, stopping, and
+//! the causes of ERROR except parity. Flushing, shorts and the transmitter are not modelled. An access to one of its registers stops the
 //! emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
@@ -10,9 +10,9 @@
 use std::collections::VecDeque;
 
 use super::sampler::{Heard, Sampler};
-use super::{CONFIG, ENABLE, ENABLED, PSEL_RXD, Transfer, bit, plain};
+use super::{ENABLE, ENABLED, PSEL_RXD, Transfer, bit, registers};
 use crate::line::SerialLine;
-use crate::peripheral::{Common, Context, Peripheral};
+use crate::peripheral::{Access, Common, Context, Peripheral};
 
 const STARTRX: u32 = 0x000;
 const STOPRX: u32 = 0x004;
@@ -36,7 +36,6 @@ const STOP_AFTER: u64 = 5;
 #[derive(Debug)]
 pub(crate) struct Reception {
     common: Common,
-    error_source: u32,
     sampler: Sampler,
     transfer: Option<Transfer>,
     /// The FIFO: bytes, each with the instant from which EasyDMA may take it.
@@ -55,13 +54,13 @@ impl Reception {
     pub(crate) fn new() -> Self {
         // The transmitter's events never come, but drivers clear them.
         let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
-        let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
-        let mut plain = plain(RXD_PTR);
         // No flow control, no parity, one stop bit.
-        plain.extend([(ENABLE, 0, 0..=ENABLED), (CONFIG, 0, 0..=0)]);
+        let config = Access::Plain(0..=0);
+        let mut registers = registers(RXD_PTR, Access::Plain(0..=ENABLED), config);
+        // "A '1' clears."
+        registers.push((ERRORSRC, 0, Access::ClearOnes));
         Self {
-            common: Common::new("UARTE0", 0x4000_2000, &events, &shorts, &plain),
-            error_source: 0,
+            common: Common::new("UARTE0", 0x4000_2000, &events, registers),
             sampler: Sampler::default(),
             transfer: None,
             fifo: VecDeque::new(),
@@ -90,9 +89,7 @@ impl Reception {
         }
         self.transfer = Some(transfer);
         self.stops_at = None;
-        if !context.assumptions.doubled_when_open {
-            self.again_at = None;
-        }
+        self.again_at = None;
         let connected = self.common[PSEL_RXD] == context.line_pin;
         if !self.sampler.runs() && connected {
             context.line.forget_before(context.now);
@@ -126,7 +123,7 @@ impl Reception {
     /// Raises the pending RXSTARTED now, if there is one.
     fn overdue_started(&mut self, context: &mut Context) {
         if self.started_at.take().is_some() {
-            context.raise(RXSTARTED);
+            self.common.raise(RXSTARTED, context);
         }
     }
 
@@ -134,14 +131,14 @@ impl Reception {
     fn pop(&mut self, context: &mut Context) -> Option<u8> {
         let (_, byte) = self.fifo.pop_front()?;
         if !self.fifo.is_empty() {
-            context.raise(RXDRDY);
+            self.common.raise(RXDRDY, context);
         }
         Some(byte)
     }
 
     fn error(&mut self, cause: u32, context: &mut Context) {
-        self.error_source |= cause;
-        context.raise(ERROR);
+        self.common.set(ERRORSRC, self.common[ERRORSRC] | cause);
+        self.common.raise(ERROR, context);
     }
 
     /// Lets the sampler act. Handles the byte or the error that the sampler finds.
@@ -179,7 +176,7 @@ impl Reception {
                     .push_back((context.now + context.assumptions.dma_lag, byte));
                 // A byte is announced when it reaches the FIFO's head, as a Nordic engineer says (Zephyr#27233).
                 if self.fifo.len() == 1 {
-                    context.raise(RXDRDY);
+                    self.common.raise(RXDRDY, context);
                 }
             }
         }
@@ -208,9 +205,9 @@ impl Reception {
             self.overdue_started(context);
             let full = transfer.done == transfer.size;
             if !(full && lost(&mut context.assumptions.lost_end)) {
-                context.raise(ENDRX);
+                self.common.raise(ENDRX, context);
                 if context.assumptions.causeless_timeout {
-                    context.raise(RXTO);
+                    self.common.raise(RXTO, context);
                 }
                 let comes_again = full && lost(&mut context.assumptions.doubled_end);
                 self.again_at = comes_again.then_some(context.now + context.assumptions.double_lag);
@@ -220,7 +217,7 @@ impl Reception {
 
     fn end_again(&mut self, context: &mut Context) {
         self.again_at = None;
-        context.raise(ENDRX);
+        self.common.raise(ENDRX, context);
     }
 
     /// Stops the receiver and raises RXTO. Before RXTO, moves as many bytes from the FIFO as fit into the open
@@ -233,7 +230,7 @@ impl Reception {
         self.stops_at = None;
         self.sampler.stop();
         if !lost(&mut context.assumptions.lost_timeout) {
-            context.raise(RXTO);
+            self.common.raise(RXTO, context);
         }
     }
 }
@@ -253,28 +250,20 @@ impl Peripheral for Reception {
         &mut self.common
     }
 
-    fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
         if offset == ERRORSRC {
-            if !context.assumptions.doubled_when_open {
-                self.again_at = None;
-            }
-            return Some(self.error_source);
+            self.again_at = None;
         }
         self.common.load(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
-        if offset == ERRORSRC {
-            // "A '1' clears."
-            let all = context.assumptions.any_write_clears;
-            self.error_source &= if all { 0 } else { !value };
-            return Some(());
-        }
-        self.common.store(offset, value)?;
+        let clears_all = offset == ERRORSRC && context.assumptions.any_write_clears;
+        self.common
+            .store(offset, if clears_all { u32::MAX } else { value })?;
         if offset == ENABLE && value == 0 {
             *self = Self {
                 common: self.common.clone(),
-                error_source: self.error_source,
                 ..Self::new()
             };
         }

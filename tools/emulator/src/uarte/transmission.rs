@@ -3,9 +3,9 @@
 //! EasyDMA fetches each byte when its start bit begins. ENDTX comes at the end of the last byte's stop bit. STOPTX and the
 //! other events are not modelled.
 
-use super::{CONFIG, ENABLE, ENABLED, PSEL_TXD, Transfer, bit, plain};
+use super::{CONFIG, ENABLE, ENABLED, PSEL_TXD, Transfer, bit, registers};
 use crate::line::SerialLine;
-use crate::peripheral::{Common, Context, Peripheral};
+use crate::peripheral::{Access, Common, Context, Peripheral};
 
 const STARTTX: u32 = 0x008;
 const ENDTX: u32 = 0x120;
@@ -22,11 +22,11 @@ pub(crate) struct Transmission {
 
 impl Transmission {
     pub(crate) fn new() -> Self {
-        let mut plain = plain(TXD_PTR);
         // The transmitter is never disabled.
-        plain.extend([(ENABLE, 0, ENABLED..=ENABLED), (CONFIG, 0, 0..=PARITY)]);
+        let enable = Access::Plain(ENABLED..=ENABLED);
+        let registers = registers(TXD_PTR, enable, Access::Plain(0..=PARITY));
         Self {
-            common: Common::new("UARTE1", 0x4002_8000, &[ENDTX], &[], &plain),
+            common: Common::new("UARTE1", 0x4002_8000, &[ENDTX], registers),
             sending: None,
         }
     }
@@ -88,7 +88,7 @@ impl Peripheral for Transmission {
             let sent = self.send(transfer, context);
             context.check(sent);
         } else {
-            context.raise(ENDTX);
+            self.common.raise(ENDTX, context);
         }
     }
 }

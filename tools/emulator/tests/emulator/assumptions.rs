@@ -1,147 +1,8 @@
-//! Tests of each single assumption about the chip.
+//! Tests of the slower core and of the lists of assumptions. The scripts test all other assumptions.
 
 use crate::board::ticking;
 use crate::boards::*;
-use nrf52840_emulator::{Assumptions, Board, LineSymbol, MICROSECOND, MILLISECOND, RAM_START};
-
-/// The cycles of a byte at 1 Mbaud.
-const BYTE: u64 = 10 * MICROSECOND;
-
-fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
-    let mut board = receiving(size);
-    board.assume(Assumptions::default().with(change));
-    board
-}
-
-/// Receives one byte. Six more wait in the FIFO, the next one finds no room, and the last one has no stop bit.
-#[test]
-fn events_may_be_lost_or_doubled_and_an_overrun_may_drop_another_byte() {
-    type Change = fn(&mut Assumptions);
-    // Whether ENDRX and RXTO come, and the waiting bytes.
-    let cases: [(Change, bool, bool, &[u8; 6]); 6] = [
-        (|_| {}, true, false, b"abcdef"),
-        (|a| a.lost_end = 1, false, false, b"abcdef"),
-        (|a| a.causeless_timeout = true, true, true, b"abcdef"),
-        (|a| a.fifo = 5, true, false, b"abcde\0"),
-        (|a| a.overrun_drops_oldest = true, true, false, b"bcdefg"),
-        (|a| a.overrun_at_start_bit = true, true, false, b"abcde\0"),
-    ];
-    for (n, (change, ends, times_out, waiting)) in cases.into_iter().enumerate() {
-        let mut board = assuming(1, change);
-        board.send(b"0abcdefg");
-        board.send_symbols(&[LineSymbol::BadStop(b'h')]);
-        board.wait(11 * BYTE);
-        assert_eq!(board.take_event(ENDRX), ends, "case {n}");
-        assert_eq!(board.take_event(RXTO), times_out, "case {n}");
-        assert_eq!(board.get(ERRORSRC), FRAMING | OVERRUN, "case {n}");
-        board.set(RXD_MAXCNT, 6);
-        board.set(STARTRX, 1);
-        board.wait(BYTE);
-        assert_eq!(board.bytes(BUFFER, 6), waiting, "case {n}");
-        let is_full = waiting[5] != 0;
-        assert_eq!(board.take_event(ENDRX), is_full, "only one is lost");
-    }
-}
-
-#[test]
-fn rxstarted_may_take_its_time_and_no_byte_is_stored_before() {
-    let mut board = assuming(1, |a| a.start_lag = BYTE);
-    board.send(b"ab");
-    board.wait(3 * BYTE);
-    assert!(board.take_event(ENDRX) && board.take_event(RXSTARTED));
-    board.set(STARTRX, 1);
-    board.wait(BYTE - 1);
-    assert!(!board.take_event(RXSTARTED) && !board.take_event(ENDRX));
-    board.wait(1);
-    assert!(board.take_event(RXSTARTED) && board.take_event(ENDRX));
-    assert_eq!(board.bytes(BUFFER, 1), b"b");
-}
-
-/// "A start bit is received while the previous data still lies in RXD (previous data is lost)."
-#[test]
-fn an_overrun_may_come_with_the_start_bit_and_lose_the_byte_before() {
-    for (at_start, waiting) in [(false, b"bcdefg"), (true, b"bcdefh")] {
-        let mut board = assuming(1, |a| a.overrun_at_start_bit = at_start);
-        let full = board.send(b"abcdefg");
-        board.send(b"h");
-        board.run_until(full + BYTE / 2).unwrap();
-        assert_eq!(board.get(ERRORSRC), if at_start { OVERRUN } else { 0 });
-        board.wait(2 * BYTE);
-        assert_eq!(board.get(ERRORSRC), OVERRUN);
-        board.set(RXD_MAXCNT, 6);
-        board.set(STARTRX, 1);
-        board.wait(BYTE);
-        assert_eq!(board.bytes(BUFFER, 6), waiting);
-    }
-}
-
-#[test]
-fn any_write_to_errorsrc_may_clear_all_causes() {
-    for (any, left) in [(false, [FRAMING | BREAK, BREAK]), (true, [0; 2])] {
-        let mut board = assuming(8, |a| a.any_write_clears = any);
-        board.send_symbols(&[LineSymbol::Break(20)]);
-        board.wait(3 * BYTE);
-        for (value, left) in [0, FRAMING].into_iter().zip(left) {
-            board.set(ERRORSRC, value);
-            assert_eq!(board.get(ERRORSRC), left);
-        }
-    }
-}
-
-#[test]
-fn rxto_may_not_come() {
-    for lost in [0, 1] {
-        let mut board = assuming(1, |a| a.lost_timeout = lost);
-        board.set(STOPRX, 1);
-        board.wait(6 * BYTE);
-        assert!(board.take_event(ENDRX));
-        assert_eq!(board.take_event(RXTO), lost == 0);
-    }
-}
-
-#[test]
-fn a_start_in_the_middle_of_a_byte_may_drop_it() {
-    for drops in [true, false] {
-        let mut board = assuming(1, |a| a.start_drops_byte = drops);
-        board.set(STOPRX, 1);
-        board.wait(6 * BYTE);
-        assert!(board.take_event(ENDRX));
-        board.send(b"p");
-        board.wait(3 * MICROSECOND);
-        board.set(STARTRX, 1);
-        board.wait(BYTE);
-        board.send(b"b");
-        board.wait(2 * BYTE);
-        assert!(board.take_event(ENDRX));
-        assert_eq!(board.bytes(BUFFER, 1) == b"b", drops);
-    }
-}
-
-#[test]
-fn a_second_start_may_be_ignored() {
-    let mut board = assuming(1, |a| a.start_twice_is_ignored = true);
-    board.set(STARTRX, 1);
-    board.send(b"ab");
-    board.wait(3 * BYTE);
-    assert!(board.take_event(ENDRX));
-    assert_eq!(board.bytes(BUFFER, 1), b"a");
-}
-
-#[test]
-fn endrx_may_come_again_for_the_next_transfer() {
-    for when_open in [false, true] {
-        let mut board = assuming(1, |a| {
-            (a.doubled_end, a.double_lag) = (1, 2 * BYTE);
-            a.doubled_when_open = when_open;
-        });
-        board.send(b"a");
-        board.wait(2 * BYTE);
-        assert!(board.take_event(ENDRX));
-        board.set(STARTRX, 1);
-        board.wait(2 * BYTE);
-        assert_eq!(board.take_event(ENDRX), when_open);
-    }
-}
+use nrf52840_emulator::{Assumptions, Board, MILLISECOND, RAM_START};
 
 /// The firmware starts the cycle counter and copies it to RAM forever.
 #[test]
@@ -202,7 +63,7 @@ fn assumptions_come_one_by_one_and_mixed() {
     };
     let (single, mixes): (Vec<_>, Vec<_>) = (single.collect(), mixes.collect());
     for (line, field) in usual.iter().enumerate() {
-        let is_deviation = field.contains(": ") && !field.contains("doubled_when_open");
+        let is_deviation = field.contains(": ");
         let is_single = is_deviation && !field.contains("lost_timeout");
         assert_eq!(changed(&single, line), usize::from(is_single), "{field}");
         let in_mixes = changed(&mixes, line);

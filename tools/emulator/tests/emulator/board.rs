@@ -108,21 +108,6 @@ fn an_interrupt_that_is_pending_and_masked_wakes_the_core_from_the_sleep_that_it
 }
 
 #[test]
-fn the_same_run_takes_the_same_cycles() {
-    let run = || {
-        let mut board = ticking();
-        board.wait(5 * MILLISECOND);
-        (
-            board.now(),
-            board.instructions(),
-            board.slept(),
-            board.trace().clone(),
-        )
-    };
-    assert_eq!(run(), run());
-}
-
-#[test]
 fn a_core_that_is_held_off_runs_its_handler_late() {
     let mut board = ticking();
     board.watch("TICKS").unwrap();

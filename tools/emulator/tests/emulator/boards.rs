@@ -5,10 +5,7 @@ use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 
 pub(crate) const UARTE: u32 = 0x4000_2000;
 pub(crate) const STARTRX: u32 = UARTE;
-pub(crate) const STOPRX: u32 = UARTE + 0x004;
 pub(crate) const ENDRX: u32 = UARTE + 0x110;
-pub(crate) const RXTO: u32 = UARTE + 0x144;
-pub(crate) const RXSTARTED: u32 = UARTE + 0x14C;
 pub(crate) const ERRORSRC: u32 = UARTE + 0x480;
 pub(crate) const UARTE_ENABLE: u32 = UARTE + 0x500;
 pub(crate) const PSEL_RXD: u32 = UARTE + 0x514;
@@ -16,12 +13,7 @@ pub(crate) const BAUDRATE: u32 = UARTE + 0x524;
 pub(crate) const RXD_PTR: u32 = UARTE + 0x534;
 pub(crate) const RXD_MAXCNT: u32 = UARTE + 0x538;
 
-pub(crate) const OVERRUN: u32 = 1;
-pub(crate) const FRAMING: u32 = 4;
-pub(crate) const BREAK: u32 = 8;
-
 pub(crate) const BAUD_115200: u32 = 0x01D6_0000;
-pub(crate) const BAUD_1M: u32 = 0x1000_0000;
 
 /// The buffer into which tests receive.
 pub(crate) const BUFFER: u32 = RAM_START + 0x100;
@@ -94,8 +86,6 @@ pub(crate) trait Registers {
     /// Runs the board for this number of cycles.
     fn wait(&mut self, cycles: u64);
     fn get(&mut self, address: u32) -> u32;
-    /// Reads an event and clears it.
-    fn take_event(&mut self, address: u32) -> bool;
     fn bytes(&self, address: u32, count: usize) -> Vec<u8>;
 }
 
@@ -118,12 +108,6 @@ impl Registers for Board {
         self.register(address).unwrap()
     }
 
-    fn take_event(&mut self, address: u32) -> bool {
-        let raised = self.get(address) == 1;
-        self.set(address, 0);
-        raised
-    }
-
     fn bytes(&self, address: u32, count: usize) -> Vec<u8> {
         let mut bytes = vec![0; count];
         self.memory().read(address, &mut bytes).unwrap();
@@ -131,13 +115,8 @@ impl Registers for Board {
     }
 }
 
-/// Returns a board that receives at 1 Mbaud into [`BUFFER`].
-pub(crate) fn receiving(size: u32) -> Board {
-    receiving_at(BAUD_1M, 1_000_000_000, size)
-}
-
-/// Like [`receiving`], with other rates. `register` is the receiver's BAUDRATE, and `millibaud` the sender's rate in
-/// thousandths of a baud.
+/// Returns a board that receives into [`BUFFER`]. `register` is the receiver's BAUDRATE, and `millibaud` the sender's
+/// rate in thousandths of a baud.
 pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     let mut board = asleep();
     board.line(|line| line.set_millibaud(millibaud));

@@ -172,7 +172,7 @@ fn symbols(word: &str) -> Vec<LineSymbol> {
 #[test]
 fn each_script_passes() {
     let all = Scripts::parse(include_str!("scripts.txt"));
-    assert!(all.scripts.len() > 50);
+    assert!(all.scripts.len() > 70);
     for script in all.scripts.keys() {
         let mut board = asleep();
         board.line(|line| line.set_millibaud(1_000_000_000));

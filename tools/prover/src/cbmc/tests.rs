@@ -22,17 +22,13 @@ fn harness(unwind: u32) -> Harness {
 
 /// Returns the verdict for CBMC's answer with these statuses.
 fn verdict([assertion, bound, cover, end]: [&str; 4]) -> Result<Verdict> {
-    let property = |id, description: &str, status| {
-        format!(r#"{{"property":"{id}","description":"{description}","status":"{status}"}}"#)
-    };
-    let properties = [
-        property("f.assertion.1", "assertion failed: true", assertion),
-        property("f.unwind.0", "unwinding assertion loop 0", bound),
-        property("f.assertion.2", &format!("{COVER}a cover"), cover),
-        property("f.assertion.3", END, end),
-    ];
-    let properties = read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(",")))?;
-    Ok(classify(&properties, &harness(1)).0)
+    let said = format!(
+        "CBMC\n** Results:\nprogram.c function f\n[f.assertion.1] line 7 assertion failed: true: {assertion}\n\
+         [f.unwind.0] line 8 unwinding assertion loop 0: {bound}\n\nprogram.c function main\n\
+         [main.assertion.1] line 9 {COVER}a cover: {cover}\n[main.assertion.2] {END}: {end}\n\n\
+         ** 2 of 4 failed (3 iterations)\nVERIFICATION FAILED\n"
+    );
+    Ok(classify(&read(&said)?, &harness(1)).0)
 }
 
 #[test]
@@ -67,14 +63,14 @@ fn a_harness_is_proved_only_if_each_of_its_covers_is_satisfied() {
     harness.covers.insert("another cover".to_owned());
     let verdict = |satisfied: &[&str]| {
         let covers = satisfied.iter().map(|cover| format!("{COVER}{cover}"));
-        let properties = covers.chain([END.to_owned()]).map(|description| {
-            format!(
-                r#"{{"property":"f.assertion.1","description":"{description}","status":"FAILURE"}}"#
-            )
+        let properties = covers.chain([END.to_owned()]).map(|description| Property {
+            id: "f.assertion.1".to_owned(),
+            description,
+            status: Status::Failure,
+            file: String::new(),
+            line: String::new(),
         });
-        let properties: Vec<String> = properties.collect();
-        let properties = read(&format!(r#"[{{"result":[{}]}}]"#, properties.join(","))).unwrap();
-        classify(&properties, &harness).0
+        classify(&properties.collect::<Vec<_>>(), &harness).0
     };
     assert_eq!(verdict(&["a cover", "another cover"]), Verdict::Proved);
     for satisfied in [&["a cover"][..], &["another cover"], &[]] {
@@ -87,10 +83,17 @@ fn a_harness_is_proved_only_if_each_of_its_covers_is_satisfied() {
 }
 
 #[test]
-fn an_answer_without_properties_is_an_error_with_the_message_of_cbmc() {
-    let answer = r#"[{"messageType":"ERROR","messageText":"out of memory"}]"#;
-    let error = read(answer).map(|_| ()).expect_err("no properties");
-    assert_eq!(error.to_string(), "out of memory");
+fn an_answer_without_all_properties_is_an_error() {
+    let whole = "** Results:\nprogram.c function f\n[f.1] line 7 sum: SUCCESS\n[f.2] line 8 sum: SUCCESS\n\
+                 ** 0 of 2 failed (1 iterations)\n";
+    assert_eq!(read(whole).unwrap().len(), 2);
+    for part in [
+        "out of memory",
+        &whole[..60],
+        &whole.replacen("[f.1]", "", 1),
+    ] {
+        assert!(read(part).is_err(), "{part}");
+    }
 }
 
 #[test]

@@ -24,10 +24,6 @@ pub trait Contender {
     fn push(&mut self, byte: u8, found: impl FnMut(Self::Message<'_>)) {
         self.feed(&[byte], found);
     }
-
-    /// Is called after the stream. Uses results that nothing else reads, so that the compiler does not remove them.
-    #[inline]
-    fn finish(&self) {}
 }
 
 /// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, and how the parser

@@ -36,46 +36,26 @@ pub(crate) trait Receiver {
     fn take(&mut self, byte: u8) -> u32;
 }
 
-impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, [u8; N]> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        self.push(byte).map_or(0, decoded)
-    }
+/// Implements [`Receiver`] for framelock's receivers, with an expression that reads and counts the outcome of `push`.
+macro_rules! receivers {
+    ($([$($bound:tt)*] $receiver:ty, |$outcome:ident| $count:expr;)*) => {$(
+        impl<$($bound)*> Receiver for $receiver {
+            #[inline(never)]
+            fn take(&mut self, byte: u8) -> u32 {
+                let $outcome = self.push(byte);
+                $count
+            }
+        }
+    )*};
 }
 
-impl<F: Format, const N: usize> Receiver for Line<BufferedReceiver<F, [u8; N]>> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        self.push(byte).map_or(0, decoded)
-    }
-}
-
-impl<F: PacketFormat, const N: usize> Receiver for PacketReceiver<F, [u8; N]> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        self.push(byte).map_or(0, decoded)
-    }
-}
-
-impl<F: PacketFormat, const N: usize> Receiver for Line<PacketReceiver<F, [u8; N]>> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        self.push(byte).map_or(0, decoded)
-    }
-}
-
-impl<F: FixedFormat> Receiver for framelock::Receiver<F> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        found(self.push(byte).as_ref())
-    }
-}
-
-impl<F: FixedFormat> Receiver for Line<framelock::Receiver<F>> {
-    #[inline(never)]
-    fn take(&mut self, byte: u8) -> u32 {
-        found(self.push(byte).as_ref())
-    }
+receivers! {
+    [F: Format, const N: usize] BufferedReceiver<F, [u8; N]>, |frame| frame.map_or(0, decoded);
+    [F: Format, const N: usize] Line<BufferedReceiver<F, [u8; N]>>, |frame| frame.map_or(0, decoded);
+    [F: PacketFormat, const N: usize] PacketReceiver<F, [u8; N]>, |frame| frame.map_or(0, decoded);
+    [F: PacketFormat, const N: usize] Line<PacketReceiver<F, [u8; N]>>, |frame| frame.map_or(0, decoded);
+    [F: FixedFormat] framelock::Receiver<F>, |message| found(message.as_ref());
+    [F: FixedFormat] Line<framelock::Receiver<F>>, |message| found(message.as_ref());
 }
 
 /// The receiver of another crate.
@@ -180,7 +160,6 @@ framelock! {
     "ubx": BufferedReceiver::<_, [u8; 2 * adapters::UBX_LONGEST]>::new(framelock_formats::ubx::Ubx::<{ adapters::UBX_LONGEST }>);
     "slip": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 1]>::new(framelock_formats::packet::Slip::<{ adapters::PACKET_LONGEST }>);
     "cobs": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 1]>::new(framelock_formats::packet::Cobs::<{ adapters::PACKET_LONGEST }>);
-    "hdlc": PacketReceiver::<_, [u8; adapters::PACKET_LONGEST + 3]>::new(framelock_formats::packet::Hdlc::<{ adapters::PACKET_LONGEST }>);
     "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(adapters::mavlink2::MESSAGES));
 }
 

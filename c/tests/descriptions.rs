@@ -1,0 +1,23 @@
+//! Descriptions that are not shipped.
+
+/// The name and the text of a description.
+type Named = (&'static str, &'static str);
+
+/// Every way in which a frame can end, and every checksum, other than those of the shipped descriptions.
+pub(crate) fn forms() -> Vec<Named> {
+    read(include_str!("forms.txt"))
+}
+
+pub(crate) fn others() -> Vec<Named> {
+    read(include_str!("others.txt"))
+}
+
+fn read(file: &'static str) -> Vec<Named> {
+    let parts = file.split("\n== ").skip(1);
+    parts.map(|part| part.split_once('\n').unwrap()).collect()
+}
+
+/// Returns the description with this name among [`others`].
+pub(crate) fn other(name: &str) -> Named {
+    others().into_iter().find(|one| one.0 == name).unwrap()
+}
