@@ -112,24 +112,33 @@ impl FrameWriter {
         if !self.protocol.has_setpoints() {
             row.extend(b",length");
         }
+        let units = if has_units {
+            self.units()
+        } else {
+            HashMap::new()
+        };
         for column in &self.columns {
             row.push(b',');
             row.extend(column.name.as_bytes());
-            if let Some(unit) = self.unit(column).filter(|_| has_units) {
+            if let Some(Some(unit)) = units.get(&column.name) {
                 row.extend(format!(" ({unit})").as_bytes());
             }
         }
         row.push(b'\n');
     }
 
-    /// Returns the unit of a column, if all its fields have the same.
-    fn unit(&self, column: &Column) -> Option<&str> {
-        let is_in = |field: &&Field| columns_of(field).any(|name| name == column.name);
-        let rows = self.kind_rows.iter();
-        let fields = rows.flat_map(|row| row.kind.varying_fields().filter(is_in));
-        let mut units = fields.map(|field| field.unit.as_deref());
-        let unit = units.next()?;
-        units.all(|other| other == unit).then_some(unit)?
+    /// Returns the unit of each column; `None` if its fields have different units or none.
+    fn units(&self) -> HashMap<String, Option<&str>> {
+        let mut units = HashMap::new();
+        let kinds = self.kind_rows.iter().map(|row| &row.kind);
+        for field in kinds.flat_map(Kind::varying_fields) {
+            let unit = field.unit.as_deref();
+            for name in columns_of(field) {
+                let shared = units.entry(name).or_insert(unit);
+                *shared = shared.filter(|other| Some(*other) == unit);
+            }
+        }
+        units
     }
 
     /// Returns how to write this frame.

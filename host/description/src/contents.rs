@@ -13,7 +13,8 @@ use crate::value::Value;
 
 impl Kind {
     /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short, and fields whose value is missing. CSV and JSON, which prepare the names of all fields, call [`Contents::of`] for each field instead.
+    /// is too short, and fields whose value is missing. CSV and JSON, which prepare the names of all fields, call
+    /// [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
@@ -107,7 +108,7 @@ impl<'f> Contents<'f> {
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the part of the text at a place. Continues behind the last part, if that comes before.
+    /// Returns the part of the text at a place. If the part that was found last comes before it, the search continues after that part.
     fn part(&self, text: &'f [u8], place: TextPlace) -> Option<&'f [u8]> {
         let pattern = &self.kind.texts[place.pattern];
         let (last, from) = self.last_part.get();
@@ -217,26 +218,29 @@ impl Field {
     /// Returns the number that these bits represent.
     #[inline]
     fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
-        let bits = self.masked(bits);
-        if self.prepared.missing == Some(bits) {
-            return Value::Missing;
-        }
-        self.scaled(match class {
-            Class::Unsigned => Value::Unsigned(bits),
-            Class::Signed => {
-                let unused = self.prepared.unused;
-                Value::Signed((bits << unused).cast_signed() >> unused)
-            }
-            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
-            Class::Float => Value::Float(f32::from_bits(bits as u32)),
-        })
+        let number = self.masked(bits).map(|bits| self.of_class(class, bits));
+        number.map_or(Value::Missing, |number| self.scaled(number))
+    }
+
+    /// Returns the bits of the mask; `None` if they mean that there is no value.
+    #[inline]
+    fn masked(&self, bits: u64) -> Option<u64> {
+        let bits = match self.mask {
+            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
+            None => bits,
+        };
+        (self.prepared.missing != Some(bits)).then_some(bits)
     }
 
     #[inline]
-    fn masked(&self, bits: u64) -> u64 {
-        match self.mask {
-            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
-            None => bits,
+    fn of_class(&self, class: Class, bits: u64) -> Value<'static> {
+        let unused = self.prepared.unused;
+        match class {
+            Class::Unsigned => Value::Unsigned(bits),
+            Class::Signed => Value::Signed((bits << unused).cast_signed() >> unused),
+            Class::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
+            #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
+            Class::Float => Value::Float(f32::from_bits(bits as u32)),
         }
     }
 
@@ -246,18 +250,14 @@ impl Field {
         let own = self.own(bytes, number);
         let bits = match self.kind {
             Type::Bytes | Type::Text => return self.of_text(bytes),
-            Type::Bits { first, width } => bits_of(own, first + number * width, width),
-            Type::Number(kind) if self.notation == Notation::Hex => match bits_of_hex(kind, own) {
-                Some(bits) => bits,
-                None => return Value::Missing,
-            },
-            Type::Number(kind) => kind.bits(own),
+            Type::Bits { first, width } => Some(bits_of(own, first + number * width, width)),
+            Type::Number(kind) if self.notation == Notation::Hex => bits_of_hex(kind, own),
+            Type::Number(kind) => Some(kind.bits(own)),
         };
-        let bits = self.masked(bits);
-        if self.prepared.missing == Some(bits) {
-            return Value::Missing;
-        }
-        self.meaning(self.number(bits))
+        let number = bits
+            .and_then(|bits| self.masked(bits))
+            .map(|bits| self.number(bits));
+        number.map_or(Value::Missing, |number| self.meaning(number))
     }
 
     /// Returns the text without its padding, or the number in the text.
@@ -278,21 +278,17 @@ impl Field {
     /// Returns the number that these bits represent in the field's notation.
     fn number(&self, bits: u64) -> Value<'static> {
         let unused = self.prepared.unused;
-        let signed = (bits << unused).cast_signed() >> unused;
         let sign = 1 << (63 - unused);
         let magnitude = (bits & !sign).cast_signed();
         match self.notation {
             Notation::SignMagnitude if bits & sign == 0 => Value::Signed(magnitude),
             Notation::SignMagnitude => Value::Signed(-magnitude),
-            Notation::Magnitude => Value::Unsigned(signed.unsigned_abs()),
+            Notation::Magnitude => {
+                let signed = (bits << unused).cast_signed() >> unused;
+                Value::Unsigned(signed.unsigned_abs())
+            }
             Notation::Bcd => bcd(bits).map_or(Value::Missing, Value::Unsigned),
-            _ => match self.class() {
-                Class::Unsigned => Value::Unsigned(bits),
-                Class::Signed => Value::Signed(signed),
-                Class::Float if unused == 0 => Value::Double(f64::from_bits(bits)),
-                #[expect(clippy::cast_possible_truncation, reason = "the number has four bytes")]
-                Class::Float => Value::Float(f32::from_bits(bits as u32)),
-            },
+            _ => self.of_class(self.class(), bits),
         }
     }
 
@@ -320,14 +316,10 @@ impl Field {
         }
         let (digits, decimals) = number.digits()?;
         let unit = 10_i128.pow(decimals);
-        let whole = i64::try_from(digits / unit)
-            .ok()
-            .filter(|_| digits % unit == 0)?;
-        let place = self
-            .names
-            .binary_search_by_key(&whole, |(number, _)| *number);
-        let (_, name) = &self.names[place.ok()?];
-        Some(Value::Text(name.as_bytes()))
+        let whole = (digits % unit == 0).then_some(digits / unit)?;
+        let names = &self.names;
+        let place = names.binary_search_by_key(&whole, |(number, _)| i128::from(*number));
+        Some(Value::Text(names[place.ok()?].1.as_bytes()))
     }
 }
 

@@ -263,13 +263,7 @@ impl Kind {
             let bits = field.to_bits(value);
             bits.map_err(|reason| misfit(number, value, reason))
         });
-        let mut bits = bits.collect::<Result<Vec<_>, _>>()?;
-        // The bytes after a frame that leaves out zeros are zeros, so a missing value is in the frame.
-        if self.has_truncated_zeros && field.missing.is_some() {
-            let missing = field.to_bits(&Json::Null);
-            bits.resize(field.values(), missing.unwrap_or(0));
-        }
-        Ok(Some(Bits::Numbers(bits)))
+        Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
     }
 
     /// Adds the values that a frame of `length` bytes has, but that are not given: numbers that mean that there is no value,

@@ -89,6 +89,21 @@ pub enum Type {
     Text,
 }
 
+impl Type {
+    /// Returns the notation of values whose entry gives none.
+    pub(crate) fn usual_notation(self) -> Notation {
+        match self {
+            Self::Number(number) => match number.class {
+                Class::Unsigned => Notation::Unsigned,
+                Class::Signed => Notation::Signed,
+                Class::Float => Notation::Float,
+            },
+            Self::Bits { .. } => Notation::Unsigned,
+            Self::Bytes | Self::Text => Notation::Text,
+        }
+    }
+}
+
 impl Field {
     /// Returns the field of a trailer of `bytes` bytes.
     pub(crate) fn of_trailer(name: String, bytes: usize) -> Self {
@@ -288,14 +303,7 @@ impl Field {
         let missing = self.missing.filter(|_| !is_nan && !self.is_bytes());
         let missing = missing.and_then(|_| self.to_bits(&serde_json::Value::Null).ok());
         let missing = missing.map(|bits| bits >> self.mask.map_or(0, u64::trailing_zeros));
-        let usual = match self.kind {
-            Type::Number(number) if number.class == Class::Signed => Notation::Signed,
-            Type::Number(number) if number.class == Class::Unsigned => Notation::Unsigned,
-            Type::Number(number) if number.bytes == 4 => Notation::Float,
-            Type::Bits { .. } => Notation::Unsigned,
-            _ => Notation::Text,
-        };
-        let is_special = self.notation != usual
+        let is_special = self.notation != self.kind.usual_notation()
             || self.padding.is_some()
             || !self.names.is_empty()
             || self.missing.is_some() && missing.is_none();

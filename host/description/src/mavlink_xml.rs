@@ -11,6 +11,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use framelock_formats::layout::{Algorithm, Checksum, Crc};
 use roxmltree::{Document, Node};
 
 use crate::problem::ReadError;
@@ -33,6 +34,17 @@ const NUMBERS: &str = "UINT8_MAX 255, UINT16_MAX 65535, UINT32_MAX 4294967295, U
 /// The names of columns that every frame has. A field with such a name gets an underscore at its end.
 const TAKEN: &str =
     " offset length time kind sequence system component message signature compatible_flags ";
+
+/// CRC-16/MCRF4XX, of which CRC_EXTRA is made.
+const CRC: Checksum = Checksum {
+    algorithm: Algorithm::Crc(Crc {
+        initial: 0xFFFF,
+        reflected_in: true,
+        reflected_out: true,
+        ..Crc::new(16, 0x1021)
+    }),
+    ..Checksum::at_the_end(2)
+};
 
 /// The messages and the enums of a definition and of the definitions that it includes.
 #[derive(Default)]
@@ -302,8 +314,6 @@ fn extra(name: &str, fields: &[Field]) -> u8 {
         covered.extend(format!("{} {} ", field.element, field.name).bytes());
         covered.extend(field.count);
     }
-    let bit = |crc: u16| (crc >> 1) ^ if crc & 1 == 1 { 0x8408 } else { 0 };
-    let byte = |crc: u16, byte: u8| (0..8).fold(crc ^ u16::from(byte), |crc, _| bit(crc));
-    let [low, high] = covered.into_iter().fold(0xFFFF, byte).to_le_bytes();
+    let [low, high, ..] = CRC.of(&covered, None).to_le_bytes();
     low ^ high
 }

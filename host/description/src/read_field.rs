@@ -112,15 +112,9 @@ impl Field {
                 return Err(Located::new(span, rule));
             }
         };
-        let default = match found.kind {
-            _ if found.text.is_some() => Notation::Decimal,
-            Type::Number(number) => match number.class {
-                Class::Unsigned => Notation::Unsigned,
-                Class::Signed => Notation::Signed,
-                Class::Float => Notation::Float,
-            },
-            Type::Bits { .. } => Notation::Unsigned,
-            Type::Bytes | Type::Text => Notation::Text,
+        let default = match found.text {
+            Some(_) => Notation::Decimal,
+            None => found.kind.usual_notation(),
         };
         let given = entry.notation.as_ref().map(|notation| *notation.get_ref());
         let notation = given.unwrap_or(default);
