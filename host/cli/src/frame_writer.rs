@@ -328,8 +328,14 @@ fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
     let text = &row[from..];
     let has_end_blank = text.first() == Some(&b' ') || text.last() == Some(&b' ');
     if has_end_blank || text.iter().any(|byte| matches!(byte, b',' | b'"')) {
-        row.truncate(from);
-        let doubled = value.to_string().replace('"', "\"\"");
-        row.extend(format!("\"{doubled}\"").as_bytes());
+        row.insert(from, b'"');
+        if row[from + 1..].contains(&b'"') {
+            let text = row.split_off(from + 1);
+            for part in text.split_inclusive(|byte| *byte == b'"') {
+                row.extend(part);
+                row.extend(part.ends_with(b"\"").then_some(b'"'));
+            }
+        }
+        row.push(b'"');
     }
 }
