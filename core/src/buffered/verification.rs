@@ -264,8 +264,9 @@ fn any_receiver<const L: usize, const N: usize>(
     receiver
 }
 
-/// Returns whether the invariant holds: `pending` places are pending, from `start` on. Until the buffer is filled up to
-/// `ask_at`, the classification at `start` is undecided. Use this function in assertions, not in assumptions.
+/// Returns whether the invariant holds: the pending bytes are the `pending` places from `start` on. Until the buffer is
+/// filled up to `ask_at`, the classification at `start` is undecided. Use this function in assertions, not in
+/// assumptions.
 fn fits<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,

@@ -204,7 +204,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     }
 }
 
-/// The speed of an axis, as the longest ways that the axis moves.
+/// The speed of an axis: the longest way that the axis moves in a tick, and in a poll.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Speed {
     per_tick: u32,
@@ -478,7 +478,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     ///
     /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
     /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
-    /// number does not change, no frames arrive, or too few for a row. [`Pace`](super::Pace) makes this decision.
+    /// number does not change, no frames arrive, or too few in a row. [`Pace`](super::Pace) makes this decision.
     #[must_use]
     pub fn slow_frames(&self) -> u32 {
         self.slow_frames
@@ -523,7 +523,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         elapsed
     }
 
-    /// Moves each axis at most by the first way, or by the second one if the axis is live. Returns the output.
+    /// Moves each axis by at most the first of the `ways`, or by at most the second if the axis is live. Returns the
+    /// output.
     fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
         let FailsafeParameters {
             park,
@@ -564,8 +565,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 }
 
 impl Axis {
-    /// Moves the axis towards the target, at most by the first way, or by the second one if it is live. If it may go
-    /// live, it does so when it meets its target, or when the target has passed it.
+    /// Moves the axis towards the target by at most `slow`, or by at most `fast` if the axis is live. If `may_go_live`,
+    /// the axis goes live when it meets its target, or when the target has passed it.
     fn step(&mut self, target: u32, [slow, fast]: [u32; 2], may_go_live: bool) {
         if target == self.position {
             // The code below does the same, but takes longer. A parked axis always returns here.

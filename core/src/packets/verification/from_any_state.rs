@@ -37,7 +37,7 @@ fn packet_begins<K: Kind>(kind: K, code: u8) {
     kani::cover!(receiver.length > 1, "inside an earlier packet");
 }
 
-/// From any beginning, the rest of a packet of one byte delivers this packet.
+/// From any beginning of a packet with one byte, the rest of the packet delivers it.
 fn packet_ends<K: Kind>(kind: K, code: u8, content: u8, rest: &[u8]) {
     let format = Accepting::any(kind);
     kani::assume(format.accepts(&[content]));
