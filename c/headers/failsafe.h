@@ -110,7 +110,7 @@ typedef enum {
     FAILSAFE_PARKED /* every axis is at park */
 } failsafe_phase;
 
-/* The speed of an axis, as the longest ways that the axis moves. */
+/* The speed of an axis: the longest way that the axis moves in a tick, and in a poll. */
 typedef struct {
     uint32_t per_tick;
     uint32_t per_poll;
@@ -151,7 +151,7 @@ FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *
 FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters *parameters, uint32_t now,
                                        const failsafe_demand *output);
 
-/* Returns how many units the output of an axis can differ from the output before, whatever happens. */
+/* Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens. */
 FAILSAFE_FUNCTION failsafe_demand failsafe_most_per_poll(const failsafe *self);
 
 /* Takes the demands of a frame. The next poll is the time of the frame. */
@@ -234,8 +234,8 @@ static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
     return elapsed;
 }
 
-/* Moves an axis towards the target, at most by the way `slow`, or by the way `fast` if it is live. If it may go live,
- * it does so when it meets its target, or when the target has passed it. */
+/* Moves an axis towards the target by at most `slow`, or by at most `fast` if the axis is live. If `may_go_live`, the
+ * axis goes live when it meets its target, or when the target has passed it. */
 static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t slow, uint32_t fast, bool may_go_live)
 {
     const bool rises = target > axis->position;
@@ -251,7 +251,7 @@ static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t 
     axis->position = rises ? (axis->position + way) : (axis->position - way);
 }
 
-/* Moves each axis at most by the way `slow`, or by the way `fast` if it is live. Writes the output, and returns the
+/* Moves each axis by at most `slow`, or by at most `fast` if the axis is live. Writes the output, and returns the
  * phase. */
 static inline failsafe_phase failsafe_move(failsafe *self, uint32_t slow, uint32_t fast, failsafe_demand *output)
 {
