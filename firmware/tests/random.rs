@@ -37,8 +37,8 @@ struct Step {
     silence: u64,
 }
 
-/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and too long delays in the middle of a
-/// flood of frames.
+/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and delays that are too long in
+/// the middle of a flood of frames.
 const ERRORS: [&str; 3] = ["bad stop", "break", "too long"];
 
 fn byte(random: &mut ChaCha8Rng) -> u8 {

@@ -5,7 +5,7 @@ use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The lecture's examples. The receiver delivers the frame that the second one contains, and the lecture's machine loses it.
+/// The lecture's examples. The second one contains a frame that the receiver delivers and the lecture's machine loses.
 const FIRST: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
 const SECOND: [u8; 12] = [
     0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,

@@ -20,7 +20,7 @@ struct Outcome {
     log: Vec<String>,
 }
 
-/// Runs the self-test with other values of these words.
+/// Runs the self-test after setting each variable in `words` to the given value.
 fn self_test(
     image: &str,
     assumptions: Assumptions,
