@@ -1,4 +1,4 @@
-//! Proves what a frame is that silence ends, and what a receiver delivers of such frames.
+//! Proves which bytes are a frame if silence ends the frames, and which of these frames a receiver delivers.
 
 use framelock::any_format::{any_line_event, any_up_to};
 use framelock::{BufferedReceiver, Classification, Format, LineEvent};
@@ -7,8 +7,7 @@ use super::any_layout::patterns;
 use super::laws::any_some_and_more;
 use crate::layout::{Algorithm, CheckedLayout, Checksum, Layout, Length};
 
-/// Returns whether the event ends a frame that silence ends. This is the definition, so it does not call the format's own
-/// function.
+/// Returns whether the event is a silence. This is the definition, so it does not call the format's own function.
 fn is_silence(event: LineEvent) -> bool {
     event == LineEvent::Idle || event == LineEvent::Break
 }
