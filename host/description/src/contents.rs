@@ -174,7 +174,7 @@ impl Field {
     }
 
     /// Returns the bytes of the field that lie in a frame which is too short for the whole field. If the frame ends
-    /// before the field, these are no bytes.
+    /// before the field, returns no bytes.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
