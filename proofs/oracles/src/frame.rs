@@ -139,7 +139,7 @@ pub fn random_frame(layout: &CheckedLayout, random: &mut impl Rng) -> Result<Vec
     frame(layout, &content, |count| random.random_range(0..count))
 }
 
-/// Returns the terminators that are not as long as the terminator.
+/// Returns the terminators whose length differs from that of the layout's `terminator`.
 pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     let own = layout.terminator.each().count();
     layout.terminators().skip(own).collect()

@@ -85,7 +85,7 @@ impl Format for Interpreted<'_> {
     fn classify(&self, bytes: &[u8]) -> Classification {
         let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.most_bytes())];
         let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
-        // Of several that come equally far, the first one.
+        // If several layouts come equally far, the first one decides.
         let first = all.next().expect("a layout");
         all.fold(first, |best, next| {
             if order(&next) > order(&best) {
