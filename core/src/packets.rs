@@ -468,8 +468,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         let Some(code) = packet.iter().position(begins) else {
             return false;
         };
-        // The received bytes before the escape byte of the new beginning: the old beginning, the content with its doubled
-        // escape bytes, and the first of the two escape bytes before `code`, of which the content has only one.
+        // Count the received bytes before the new beginning: the old beginning, and the content before `code` with its
+        // doubled escape bytes, except the last escape byte, which belongs to the new beginning.
         let start_length = usize::from(start.is_some());
         let before = packet.iter().take(code);
         let doubled = before.filter(|place| stuffing.is_doubled(place.get()));

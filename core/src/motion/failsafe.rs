@@ -115,10 +115,10 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart: hold
-    /// after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the
-    /// whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
-    /// `live_travel`.
+    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart. The
+    /// failsafe holds after 0.1 s of silence, and ramps after 0.5 s. Three frames start an approach, which takes at
+    /// least a second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more than 25 ms
+    /// apart, choose a longer `live_travel`.
     #[must_use]
     pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
         Self {
@@ -330,11 +330,11 @@ pub struct Output<D, const AXES: usize> {
 /// Call [`frame`](Self::frame) for each frame. Call [`poll`](Self::poll) at regular times, and set the actuators to its
 /// output. Only `poll` moves the output.
 ///
-/// Whatever bytes come, whatever the clock does, and whenever `poll` is called, two consecutive outputs of an axis
-/// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, in every phase, and by no more than
-/// the axis moves in the time that has passed. No parameters allow more than a quarter of the travel. If time stands
-/// still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames starts a
-/// slow approach. An approach lasts at least `approach_for`. It ends within
+/// Two consecutive outputs of an axis differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and
+/// by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes come, whatever
+/// the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a quarter of the
+/// travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and
+/// several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends within
 /// [`live_after`](FailsafeParameters::live_after), however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.

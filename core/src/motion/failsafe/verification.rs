@@ -399,8 +399,8 @@ for_demands!(
 mod check {
     use super::{Demand, Failsafe, Phase, Speed, Step, any_failsafe, any_parameters, any_step};
 
-    /// Whatever the state, the time and the frame: the output of an axis differs from the output before by at most the
-    /// stated number of units, and by at most those of the slow speed if the axis is not live.
+    /// Two consecutive outputs of an axis differ by at most the stated number of units, whatever the state, the time
+    /// and the frame. If the axis is not live, the bound of the slow speed holds.
     pub(super) fn output_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let mut failsafe = any_failsafe::<D, AXES>();
         let before = failsafe;
