@@ -28,11 +28,12 @@
  *   failsafe_frame(&platform, demands);                 for each frame
  *   phase = failsafe_poll(&platform, now, output);      at regular times; then set the actuators
  *
- * Whatever bytes come, whatever the clock does, and whenever you poll, two consecutive outputs of an axis differ by at
- * most failsafe_most_per_poll units, in every phase, and by no more than the axis moves in the time that has passed. No
- * parameters allow more than a quarter of the travel. If time stands still, nothing moves. After a silence of
- * hold_after, a single frame moves nothing, and a row of frames starts a slow approach. Only failsafe_poll moves the
- * output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program crashes.
+ * Two consecutive outputs of an axis differ by at most failsafe_most_per_poll units, which is at most a quarter of the
+ * travel, and by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes
+ * come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a silence of
+ * hold_after, a single frame moves nothing, and several frames in a row start a slow approach. Only failsafe_poll moves
+ * the output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program
+ * crashes.
  *
  * failsafe_frame and failsafe_poll write the same memory, so neither may interrupt the other. If an interrupt receives
  * frames and a task of another priority polls, pass the demands through a shared variable with a flag, and call both
@@ -84,9 +85,10 @@ typedef struct {
     uint32_t live_travel; /* the time for the whole travel of a live axis: at least four times longest_step */
 } failsafe_parameters;
 
-/* The parameters after `park`, for a clock with this many ticks in a second and polls this many ticks apart: hold after
- * 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the whole travel
- * in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer live_travel. */
+/* The usual parameters after `park`, for a clock with this many ticks in a second and polls this many ticks apart. The
+ * failsafe holds after 0.1 s of silence, and ramps after 0.5 s. Three frames start an approach, which takes at least a
+ * second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more than 25 ms apart, choose a
+ * longer live_travel. */
 #define FAILSAFE_USUAL(ticks_per_second, poll_every)                                                                   \
     2U * (poll_every), (ticks_per_second) / 10U, (ticks_per_second) / 2U, 3U, (ticks_per_second), (ticks_per_second),  \
         (ticks_per_second) / 5U
