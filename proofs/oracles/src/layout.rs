@@ -25,9 +25,9 @@ pub const EVENTS: [LineEvent; 5] = [
     LineEvent::Idle,
 ];
 
-/// Checks that receivers of a format report the same frames and discarded bytes as the reference with the
-/// [interpreter](interpret) of the format's layouts, and that the format classifies the bytes at each position as the
-/// interpreter does.
+/// Checks that receivers of a format report the same frames and discarded bytes as the reference, which uses the
+/// [interpreter](interpret) of the format's layouts. Also checks that the format classifies the bytes at each position
+/// as the interpreter does.
 ///
 /// Returns the receivers' counters.
 ///
