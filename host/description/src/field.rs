@@ -133,7 +133,7 @@ impl Field {
         !matches!(self.notation, Notation::Text | Notation::Float)
     }
 
-    /// Returns whether the values have a sign, or are floating-point numbers. Texts and bytes count as unsigned.
+    /// Returns the class of the values: unsigned, signed or floating-point numbers. Texts and bytes count as unsigned.
     #[must_use]
     pub fn class(&self) -> Class {
         match (self.notation, self.kind) {
