@@ -64,7 +64,8 @@ fn each_image_commits_the_setpoints_of_its_reference() {
     assert!(reference::<Lecture>(&SECOND).is_empty());
 }
 
-/// For each bit of a frame of BIN-CRC8, the stream has a frame with this bit inverted, and then an intact frame.
+/// Returns a stream with two frames for each bit of a frame of BIN-CRC8: a frame with this bit inverted, and an intact
+/// frame.
 fn checksums() -> Vec<u8> {
     let sealed = |[pitch, roll, yaw]: [u8; 3]| {
         let frame = |crc| [b'A', b'B', 0, pitch, roll, yaw, crc, b'\r'];

@@ -63,7 +63,7 @@ fn longest_suffix(bytes: &[u8]) -> Option<&[u8]> {
         .find(is_frame)
 }
 
-/// Frames, some of them with a changed or a lost byte, other bytes, and line events.
+/// Returns frames, some of them with a changed or a lost byte, other bytes, and line events.
 fn line() -> impl Strategy<Value = Vec<Step>> {
     let some = |count| prop::collection::vec(any::<u8>(), count);
     let fault = prop::option::weighted(0.3, (any::<prop::sample::Index>(), any::<u8>()));
