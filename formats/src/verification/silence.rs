@@ -82,8 +82,8 @@ impl Format for Short {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// At a line event, the receiver delivers the longest suffix of the bytes since the last event that is a frame, and
-/// nothing else. It delivers nothing before the event.
+/// At a line event, the receiver delivers only the longest frame that ends there and begins after the last event. It
+/// delivers nothing before the event.
 #[kani::proof]
 #[kani::unwind(6)]
 fn the_longest_suffix_is_delivered() {
