@@ -323,7 +323,7 @@ impl Field {
     }
 }
 
-/// Returns `width` bits of a field's value, whose first bit has this index in the field.
+/// Returns `width` bits of a field's value, beginning with the bit at the index `first`.
 #[inline]
 fn bits_of(bytes: &[u8], first: usize, width: usize) -> u64 {
     let shift = first % 8;

@@ -212,7 +212,7 @@ fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     }
 }
 
-/// An axis moves towards its target by the way of its speed, and stops at the target.
+/// A step moves an axis towards its target by its speed, and not beyond the target.
 #[kani::proof]
 fn axis_moves_to_its_target() {
     let before = Axis {
