@@ -112,8 +112,8 @@ fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
 
-/// Returns whether these bytes stand for consecutive places, the first of which is `from`. Examines only one byte, at an
-/// arbitrary index. So use the result in assertions, not in assumptions.
+/// Returns whether these bytes stand for consecutive places, the first of which is `from`. Examines only one byte, at
+/// an arbitrary index. So use the result in assertions, not in assumptions.
 fn are_places(bytes: &[u8], from: usize) -> bool {
     let at = usize::from(kani::any::<u8>());
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))

@@ -12,8 +12,8 @@ use rand::seq::IndexedRandom as _;
 use crate::layout::{interpret_before, place};
 
 /// Fills a frame with the content, and lets the layout seal the frame. `choose` chooses a number below its
-/// argument. It chooses among several syncs, messages, terminators and bits of a trailer, and chooses the bytes that are
-/// not in the content.
+/// argument. It chooses among several syncs, messages, terminators and bits of a trailer, and chooses the bytes that
+/// are not in the content.
 ///
 /// # Errors
 /// If no frame has this content, returns bytes that are almost a frame.

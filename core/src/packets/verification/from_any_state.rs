@@ -28,7 +28,8 @@ fn is_at_a_beginning<K: Kind>(receiver: &Receiver<K>, code: u8) -> bool {
     receiver.is_open && receiver.unstuffing.missing == 0 && (has_begun || is_inside)
 }
 
-/// From any state, the escape byte and a start code begin a packet, and deliver nothing.
+/// From any state, the receiver [is at a beginning](is_at_a_beginning) after the escape byte and a start code. These
+/// two bytes deliver nothing.
 fn packet_begins<K: Kind>(kind: K, code: u8) {
     let mut receiver: Receiver<K> = any_receiver(Accepting::any(kind));
     kani::assume(K::STUFFING.begins_packet(code));
