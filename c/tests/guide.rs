@@ -41,7 +41,7 @@ fn hex(bytes: &[u8]) -> String {
     glued(bytes) + "\n"
 }
 
-/// Returns what arrives of a frame. About one frame in 20 has a fault.
+/// Returns the bytes of a frame as they arrive. About one frame in 20 has a fault.
 fn with_faults(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     if random.random_range(0..20) == 0 {
         broken(frame, |count| random.random_range(0..count))

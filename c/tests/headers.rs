@@ -22,7 +22,7 @@ fn shipped() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
         .filter(|(name, _)| !WITHOUT_HEADER.contains(name))
 }
 
-/// The folder of the shipped headers.
+/// Returns the folder of the shipped headers.
 pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("headers")
 }

@@ -55,8 +55,8 @@ static FINISHED: AtomicU32 = AtomicU32::new(0);
 #[unsafe(no_mangle)]
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
 
-/// The largest number of units by which an output may move from one poll to the next. A debugger may set a smaller bound,
-/// to see that row 17 is not fine.
+/// The largest number of units by which an output may move from one poll to the next. A debugger may set a smaller
+/// bound, to see row 17 fail.
 #[unsafe(no_mangle)]
 static BOUND: AtomicU32 = AtomicU32::new(FAILSAFE.most_per_poll());
 

@@ -37,8 +37,8 @@ struct Step {
     silence: u64,
 }
 
-/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and too long delays in the middle of a
-/// flood of frames.
+/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and delays that are too long in
+/// the middle of a flood of frames.
 const ERRORS: [&str; 3] = ["bad stop", "break", "too long"];
 
 fn byte(random: &mut ChaCha8Rng) -> u8 {
@@ -136,8 +136,8 @@ fn for_seeds(runs: u64, run: impl Fn(u64, &mut Occurred)) {
 }
 
 /// The forms of runs. The first seven are kinds of steps, and [`Occurred`] counts these steps. The next three are images.
-/// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. The last form is
-/// a run in which bytes were lost.
+/// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. For the last
+/// form, it counts the runs in which bytes were lost.
 const FORMS: [&str; 11] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "too long", "megabaud", "default",
     "lecture", "loss",

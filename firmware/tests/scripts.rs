@@ -270,7 +270,7 @@ impl Script {
     }
 }
 
-/// Asserts for how many of these milliseconds LED3 is lit, at least and at most, and how often it goes on.
+/// Asserts the least and the greatest number of milliseconds for which LED3 is lit, and how often it goes on.
 fn assert_led3(firmware: &mut Firmware, milliseconds: u32, words: &[&str], what: &str) {
     let (lit, flashes) = led3(firmware, milliseconds.into());
     let [least, most, expected] = [0, 1, 2].map(|place| u64::from(number(words[place])));

@@ -20,7 +20,7 @@ struct Outcome {
     log: Vec<String>,
 }
 
-/// Runs the self-test with other values of these words.
+/// Runs the self-test after setting each variable in `words` to the given value.
 fn self_test(
     image: &str,
     assumptions: Assumptions,
@@ -167,7 +167,7 @@ fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     );
 }
 
-/// The report in a log, without the prefix of each line.
+/// Returns the report in a log, without the prefix of each line.
 fn report(log: &[String]) -> String {
     let prefix = log[0].find("---").unwrap();
     let lines: Vec<&str> = log.iter().map(|line| &line[prefix..]).collect();

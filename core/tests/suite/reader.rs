@@ -231,7 +231,7 @@ fn a_driver_that_returns_too_great_a_number_does_no_harm() {
     }
 }
 
-/// Behind a false start, two whole frames are pending. Only the pause shows that they are frames.
+/// After a false start, two whole frames are pending. Only the pause shows that they are frames.
 #[test]
 fn a_pause_delivers_the_whole_frames_one_in_each_call() {
     let uart = uart([

@@ -22,7 +22,7 @@ pub(crate) fn read() -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(rows.map(Iterator::collect).collect())
 }
 
-/// Replaces each table of which there is a new row.
+/// Replaces each table that has a new row.
 pub(crate) fn write(new: Vec<Row>) -> Result<(), Box<dyn Error>> {
     let mut rows = read()?;
     rows.retain(|old| new.iter().all(|row| row[0] != old[0]));

@@ -125,8 +125,9 @@ fn what_a_header_says() {
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
-/// Returns true if the shortest frame has room for its header, its terminator and the bytes behind it. [`what_a_header_says`] proves that
-/// this holds for layouts with valid bounds, unless a frame may consist of only the delimiter.
+/// Returns true if the shortest frame has room for its header, its terminator and the bytes after it.
+/// [`what_a_header_says`] proves that this holds for layouts with valid bounds, unless a frame may consist of only the
+/// delimiter.
 fn has_header_and_terminator(layout: &Layout) -> bool {
     let end = layout.terminator.length.saturating_add(layout.behind);
     layout.header().saturating_add(end) <= layout.shortest

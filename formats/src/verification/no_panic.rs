@@ -202,8 +202,8 @@ fn in_decoding_either_layout() {
     in_decoding::<_, 8>(&AnyOf(&[BIN, BIN_CRC8]));
 }
 
-/// A frame begins with the first byte of a sync, or, if it is no frame, with another byte. 0 stands for all other bytes,
-/// because only the comparison with the syncs examines the first byte.
+/// The bytes begin with the first byte of a sync, or with 0. The 0 stands for all other bytes, because only the
+/// comparison with the syncs examines the first byte.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_decoding_gnss() {

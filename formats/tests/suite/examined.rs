@@ -56,7 +56,7 @@ impl<F: Format> Format for Counting<'_, F> {
 /// The calls for which the table has a column.
 const CALLS: [&str; 5] = ["push", "poll_step", "line_event_step", "poll", "line_event"];
 
-/// For each of the [`CALLS`], the most bytes about which one call asks the format.
+/// The most bytes about which each of the [`CALLS`] asks the format.
 type Examined = [usize; 5];
 
 /// Returns the bounds that hold for every stream. `longest` is the number of bytes in the longest frame.

@@ -118,10 +118,10 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
-/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in
-/// its phases, and the times until every axis is at park and until every axis is live. Uses three axes of eight bits,
-/// and also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error, and that the output always equals the model's output. From the
+/// outputs alone, also checks the promises to users: two consecutive outputs differ by at most the bound, an axis moves
+/// only in its phases, and every axis is at park, or live, within the stated time. Uses three axes of eight bits, and
+/// also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Returns the phases and counters with three axes.
 ///

@@ -348,7 +348,8 @@ struct Drawn<const LONGEST: usize> {
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // An FNV-1a hash, multiplied once more. The upper half of the product is used because it is the most random.
+        // An FNV-1a hash, followed by another multiplication. The upper half of the product is used because it is the
+        // most random.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)

@@ -25,9 +25,9 @@ pub const EVENTS: [LineEvent; 5] = [
     LineEvent::Idle,
 ];
 
-/// Checks that receivers of a format report the same frames and discarded bytes as the reference with the
-/// [interpreter](interpret) of the format's layouts, and that the format classifies the bytes at each position as the
-/// interpreter does.
+/// Checks that receivers of a format report the same frames and discarded bytes as the reference, which uses the
+/// [interpreter](interpret) of the format's layouts. Also checks that the format classifies the bytes at each position
+/// as the interpreter does.
 ///
 /// Returns the receivers' counters.
 ///
@@ -85,7 +85,7 @@ impl Format for Interpreted<'_> {
     fn classify(&self, bytes: &[u8]) -> Classification {
         let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.most_bytes())];
         let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
-        // Of several that come equally far, the first one.
+        // If several layouts come equally far, the first one decides.
         let first = all.next().expect("a layout");
         all.fold(first, |best, next| {
             if order(&next) > order(&best) {

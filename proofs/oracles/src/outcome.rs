@@ -54,7 +54,7 @@ impl Occurred {
         *self.0.entry(outcome).or_default() += times.into();
     }
 
-    /// Adds the counts of a line to those of the outcomes.
+    /// Adds a line's counters to the counts of the outcomes.
     pub fn count_all(&mut self, counters: &Counters) {
         let (discarded, events) = (&counters.discarded, &counters.events);
         for (outcome, times) in [

@@ -406,8 +406,8 @@ impl Run {
     }
 }
 
-/// Checks that a receiver delivers exactly the packets of the naive definition, each with its last byte or its delimiter,
-/// that pushed bytes and fed slices have the same outcomes, and that each byte is counted once.
+/// Checks that a receiver delivers exactly the packets of the naive definition, each with its last byte or its
+/// delimiter. Also checks that pushed bytes and fed slices have the same outcomes, and that each byte is counted once.
 ///
 /// Returns the counters.
 ///

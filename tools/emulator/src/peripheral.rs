@@ -124,7 +124,7 @@ impl Context {
     }
 }
 
-/// What happens if the firmware writes a register.
+/// The effect of writing a register.
 #[derive(Clone, Debug)]
 pub(crate) enum Access {
     /// The register gets the value, which must be one of the modelled values.

@@ -310,7 +310,7 @@ impl Run<'_> {
     /// Returns the command that checks the program.
     fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(&self.cache.cbmc.program);
-        // The solver reads its memory in no order. With large pages, CBMC takes a tenth less time.
+        // The solver accesses its memory in an irregular order. With large pages, CBMC takes a tenth less time.
         command.env("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1");
         command
             .arg(&self.source)

@@ -135,8 +135,9 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     eprintln!("Engine: {}", cbmc.says);
     let cache = ProofCache::new(&sources.target, cbmc)?;
     let limit = Duration::from_secs(arguments.timeout);
-    // Of each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so that
-    // no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows it first.
+    // In each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so
+    // that no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows
+    // it first.
     if !arguments.fail_fast {
         harnesses.reverse();
     }

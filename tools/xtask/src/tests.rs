@@ -40,7 +40,7 @@ fn every_relative_link_leads_to_a_file() {
 }
 
 /// Replaces the rows of each table that follows a line such as `<!-- figures: NAME -->` with the rows of this name in
-/// the figures, whose lines consist of the name and the cells, separated by tabs.
+/// the figures. A line of the figures has the name and the cells, separated by tabs.
 fn with_figures(page: &str, figures: &str) -> String {
     let mut text = Vec::new();
     let (mut name, mut is_replaced) = (None, false);

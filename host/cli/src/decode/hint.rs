@@ -100,7 +100,7 @@ impl Stream<'_> {
             for (input, bytes) in &inputs {
                 let received = receive(bytes);
                 let are_nearly_all = 4 * sum_of_lengths(&received) > 3 * bytes.len();
-                // Random bytes are not text, so the user's frames in a text cannot be chance.
+                // Random bytes are not text, so the user's frames do not occur in a text by chance.
                 let is_text = frames.is_empty() && input.contains("--input");
                 if are_nearly_all && (is_text || !may_be_chance(&received, receive)) {
                     // If only some frames have wrong checksums, the line may have errors.

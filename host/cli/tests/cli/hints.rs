@@ -22,7 +22,7 @@ fn hint(arguments: &[&str], bytes: &[u8]) -> String {
     advice.trim_end().to_owned()
 }
 
-/// Returns the bytes of these many example frames of a shipped description.
+/// Returns the bytes of `count` example frames of a shipped description.
 fn frames(name: &str, seed: u64, count: usize) -> Vec<u8> {
     let protocol = Protocol::named(name).unwrap();
     let description = &protocol.description;

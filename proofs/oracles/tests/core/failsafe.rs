@@ -117,7 +117,7 @@ fn resumed_it_begins_at_the_output_and_moves_to_park() {
     assert_eq!(failsafe.poll(8 + TICK * 252).phase, Phase::Parked);
 }
 
-/// Even the largest times that `check` accepts bound the output, and end.
+/// Even with the largest times that `check` accepts, the output is bounded, and an approach ends.
 #[test]
 fn the_largest_parameters() {
     let parameters = FailsafeParameters {

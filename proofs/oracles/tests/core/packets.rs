@@ -57,8 +57,8 @@ fn packet(format: &Packets, random: &mut impl Rng) -> Vec<u8> {
     packet
 }
 
-/// Returns what arrives of a few packets: some packets are stuffed with shared, doubled or closing delimiters only, and
-/// some are broken. Line events lie anywhere.
+/// Returns the bytes and line events that arrive if a few packets are sent. Some packets have shared, doubled or
+/// closing delimiters only, and some are broken. Line events lie anywhere.
 fn received(format: &Packets, random: &mut impl Rng, occurred: &mut Occurred) -> Stream {
     let mut steps = Vec::new();
     for _ in 0..random.random_range(1..6) {

@@ -1,8 +1,9 @@
 //! UARTE0's receiver.
 //!
 //! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, stopping, and
-//! the causes of ERROR except parity. Flushing, shorts and the transmitter are not modelled. An access to one of its registers stops the
-//! emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
+//! the causes of ERROR except parity. Flushing, shorts and UARTE0's transmitter are not modelled. An access to one of
+//! the transmitter's registers stops the emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED,
+//! because drivers clear these events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
