@@ -1,5 +1,5 @@
 //! Counts the bytes about which one call of a receiver asks its format. The test `limits` and the benchmark that writes
-//! `docs/costs.md` use it.
+//! `docs/rivals.md` use it.
 
 use std::cell::Cell;
 use std::fmt::Write as _;
@@ -165,7 +165,7 @@ fn rows() -> [Row; 9] {
     ]
 }
 
-/// Writes the table of `docs/costs.md`.
+/// Writes the table of `docs/rivals.md`.
 pub(crate) fn table() -> String {
     let columns = CALLS.map(|call| format!("`{call}`")).join(" | ");
     let rule = " ---: |".repeat(6);
