@@ -35,6 +35,9 @@ PROOF(classify, TURNS)
     INDEX number = 0U;
 
     ASSUME((count >= 1U) && (count <= MOST) && (seen < count));
+#ifdef KNOWN
+    __CPROVER_havoc_object(known); /* see avr/pgmspace.h */
+#endif
     /* Place the bytes at the end of the array, so that reading past them is an error. */
     const uint8_t *const at = bytes + (MOST - count);
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
