@@ -18,51 +18,47 @@ use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
 use framelock_formats::ubx::Ubx;
 
-/// The layout of `ibus-any.toml`.
-#[derive(Clone, Copy)]
-struct IbusAny;
+/// The checksum rule that iBUS frames of every length share.
+const IBUS_CHECKSUM: Option<Checksum> = Some(Checksum {
+    xor_out: 0xFFFF,
+    ..Checksum::at_the_end(2)
+});
 
-/// The layout of `ibus-telemetry.toml`.
-#[derive(Clone, Copy)]
-struct IbusTelemetry;
+/// Defines the format of a layout that only a description has.
+macro_rules! format_of {
+    ($(#[$about:meta])* $name:ident, $layout:expr) => {
+        $(#[$about])*
+        #[derive(Clone, Copy)]
+        struct $name;
 
-/// Returns the checksum rule that iBUS frames of every length share.
-const fn ibus_checksum() -> Checksum<'static> {
-    Checksum {
-        xor_out: 0xFFFF,
-        ..Checksum::at_the_end(2)
+        impl Format for $name {
+            framelock_formats::classify_by!($layout.checked());
+            type Message<'a> = ();
+
+            fn decode(&self, _: &[u8]) {}
+        }
+    };
+}
+format_of! {
+    /// The layout of `ibus-any.toml`.
+    IbusAny,
+    Layout {
+        sync: Patterns::one(&[0x20]),
+        longest: 32,
+        checksum: IBUS_CHECKSUM,
+        ..Layout::NONE
     }
 }
-
-impl Format for IbusAny {
-    framelock_formats::classify_by!(
-        Layout {
-            sync: Patterns::one(&[0x20]),
-            longest: 32,
-            checksum: Some(ibus_checksum()),
-            ..Layout::NONE
-        }
-        .checked()
-    );
-    type Message<'a> = ();
-
-    fn decode(&self, _: &[u8]) {}
-}
-
-impl Format for IbusTelemetry {
-    framelock_formats::classify_by!(
-        Layout {
-            sync: Patterns::any_byte_of(&[4, 6, 8]),
-            length: Length::Field(LengthField::byte(0)),
-            longest: 8,
-            checksum: Some(ibus_checksum()),
-            ..Layout::NONE
-        }
-        .checked()
-    );
-    type Message<'a> = ();
-
-    fn decode(&self, _: &[u8]) {}
+format_of! {
+    /// The layout of `ibus-telemetry.toml`.
+    IbusTelemetry,
+    Layout {
+        sync: Patterns::any_byte_of(&[4, 6, 8]),
+        length: Length::Field(LengthField::byte(0)),
+        longest: 8,
+        checksum: IBUS_CHECKSUM,
+        ..Layout::NONE
+    }
 }
 
 use crate::windows::LINE_EVENTS;
