@@ -11,6 +11,7 @@ use framelock_formats::layout::{
 };
 
 use crate::framing::{Frames, as_the_reference};
+use crate::outcome::Occurred;
 use crate::stream::Stream;
 
 /// The most bytes that a frame should have in [`layouts`]. The reference is slow with longer frames.
@@ -29,7 +30,7 @@ pub const EVENTS: [LineEvent; 5] = [
 /// [interpreter](interpret) of the format's layouts. Also checks that the format classifies the bytes at each position
 /// as the interpreter does.
 ///
-/// Returns the receivers' counters.
+/// Counts the receivers' outcomes and states, and returns their counters.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
@@ -37,6 +38,7 @@ pub fn layouts<F: Format + Clone + 'static>(
     format: &F,
     layouts: &[CheckedLayout],
     stream: &Stream,
+    occurred: &mut Occurred,
 ) -> Counters {
     let naive = Interpreted(layouts);
     for bytes in stream.stretches() {
@@ -62,7 +64,8 @@ pub fn layouts<F: Format + Clone + 'static>(
         }
     }
     let longest = format.longest();
-    as_the_reference(|| Frames(format.clone()), longest, &naive, stream, || 0)
+    let format = || Frames(format.clone());
+    as_the_reference(format, longest, &naive, stream, || 0, occurred)
 }
 
 /// The reference's format: frames of any of these layouts. The first layout that does not reject the bytes decides.
