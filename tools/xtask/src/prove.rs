@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["harnesses", "of_c", "list"])]
     slow: bool,
 
-    /// Time limit for each harness, in seconds
+    /// Limit for each harness, in seconds: of processor time for the offline prover, of real time for Kani
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u32,
 
