@@ -48,6 +48,10 @@
 
 #[cfg(kani)]
 extern crate kani;
+// Kani prints the texts of assertions only for the macros of `std`.
+#[cfg(kani)]
+#[macro_use]
+extern crate std;
 #[cfg(kani)]
 mod verification;
 

@@ -111,13 +111,13 @@ fn in_sealing<const N: usize>() {
 }
 
 #[kani::proof]
-#[kani::unwind(5)]
+#[kani::unwind(4)]
 fn in_sealing_one_byte() {
     in_sealing::<1>();
 }
 
 #[kani::proof]
-#[kani::unwind(5)]
+#[kani::unwind(4)]
 fn in_sealing_three_bytes() {
     in_sealing::<3>();
 }
@@ -320,11 +320,16 @@ fn in_encoding_ubx() {
     in_encoding::<_, 30>(&Ubx::<30>, message);
 }
 
+/// Encodes a sentence of no byte, which is too short, or of one byte, into a buffer of seven bytes. All lengths are
+/// constants, because the layout has so many parts. Other harnesses encode into shorter buffers, which fails before the
+/// format's own steps.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_encoding_nmea() {
-    let bytes: [u8; 1] = kani::any();
-    in_encoding::<_, 7>(&Nmea, any_bytes(&bytes));
+    let (byte, mut into): ([u8; 1], _) = (kani::any(), [0; 7]);
+    assert!(Nmea.encode_into(&[], &mut into).is_err());
+    let is_frame = Nmea.encode_into(&byte, &mut into).is_ok();
+    kani::cover!(is_frame, "a frame");
 }
 
 #[kani::proof]
