@@ -342,8 +342,9 @@ macro_rules! for_demands {
             }
 
             $(
+                // Kani compares two demands byte by byte.
                 #[kani::proof]
-                #[kani::unwind(3)]
+                #[kani::unwind(5)]
                 fn of_16_bits() {
                     super::check::$module::<u16, $axes>();
                 }
