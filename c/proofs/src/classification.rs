@@ -181,7 +181,7 @@ for_formats! {
 
 /// Checks the classification of the first byte, for the headers whose other harnesses begin with a constant byte.
 mod first_byte {
-    use super::*;
+    use super::{Format, c_begins, c_classify, c_number, c_set, in_c};
 
     fn is_same<F: Format>(format: &F) {
         let byte = kani::any();
