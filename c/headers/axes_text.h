@@ -10,6 +10,7 @@
  *   axes_text_init(&receiver);
  *   if (axes_text_push(&receiver, byte, &message)) { ... }     for each received byte
  *   axes_text_line_event(&receiver, AXES_TEXT_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   axes_text_line_event(&receiver, AXES_TEXT_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * If the text of a frame differs from its pattern, or a value is no number, the frame is counted, but not delivered.
  *

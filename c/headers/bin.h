@@ -10,6 +10,7 @@
  *   bin_init(&receiver);
  *   if (bin_push(&receiver, byte, &message)) { ... }     for each received byte
  *   bin_line_event(&receiver, BIN_FRAMING_ERROR);     instead of push, for each damaged byte
+ *   bin_line_event(&receiver, BIN_IDLE_LINE);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_pending(&receiver).

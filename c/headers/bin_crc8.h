@@ -10,6 +10,7 @@
  *   bin_crc8_init(&receiver);
  *   if (bin_crc8_push(&receiver, byte, &message)) { ... }     for each received byte
  *   bin_crc8_line_event(&receiver, BIN_CRC8_FRAMING_ERROR);     instead of push, for each damaged byte
+ *   bin_crc8_line_event(&receiver, BIN_CRC8_IDLE_LINE);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_crc8_pending(&receiver).

@@ -10,6 +10,7 @@
  *   crsf_init(&receiver);
  *   if (crsf_push(&receiver, byte, &message)) { ... }     for each received byte
  *   crsf_line_event(&receiver, CRSF_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   crsf_line_event(&receiver, CRSF_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + crsf_pending(&receiver).

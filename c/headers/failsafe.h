@@ -28,11 +28,12 @@
  *   failsafe_frame(&platform, demands);                 for each frame
  *   phase = failsafe_poll(&platform, now, output);      at regular times; then set the actuators
  *
- * Whatever bytes come, whatever the clock does, and whenever you poll, two consecutive outputs of an axis differ by at
- * most failsafe_most_per_poll units, in every phase, and by no more than the axis moves in the time that has passed. No
- * parameters allow more than a quarter of the travel. If time stands still, nothing moves. After a silence of
- * hold_after, a single frame moves nothing, and a row of frames starts a slow approach. Only failsafe_poll moves the
- * output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program crashes.
+ * Two consecutive outputs of an axis differ by at most failsafe_most_per_poll units, which is at most a quarter of the
+ * travel, and by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes
+ * come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a silence of
+ * hold_after, a single frame moves nothing, and several frames in a row start a slow approach. Only failsafe_poll moves
+ * the output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program
+ * crashes.
  *
  * failsafe_frame and failsafe_poll write the same memory, so neither may interrupt the other. If an interrupt receives
  * frames and a task of another priority polls, pass the demands through a shared variable with a flag, and call both
@@ -84,9 +85,10 @@ typedef struct {
     uint32_t live_travel; /* the time for the whole travel of a live axis: at least four times longest_step */
 } failsafe_parameters;
 
-/* The parameters after `park`, for a clock with this many ticks in a second and polls this many ticks apart: hold after
- * 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the whole travel
- * in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer live_travel. */
+/* The usual parameters after `park`, for a clock with this many ticks in a second and polls this many ticks apart. The
+ * failsafe holds after 0.1 s of silence, and ramps after 0.5 s. Three frames start an approach, which takes at least a
+ * second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more than 25 ms apart, choose a
+ * longer live_travel. */
 #define FAILSAFE_USUAL(ticks_per_second, poll_every)                                                                   \
     2U * (poll_every), (ticks_per_second) / 10U, (ticks_per_second) / 2U, 3U, (ticks_per_second), (ticks_per_second),  \
         (ticks_per_second) / 5U
@@ -110,7 +112,7 @@ typedef enum {
     FAILSAFE_PARKED /* every axis is at park */
 } failsafe_phase;
 
-/* The speed of an axis, as the longest ways that the axis moves. */
+/* The speed of an axis: the longest way that the axis moves in a tick, and in a poll. */
 typedef struct {
     uint32_t per_tick;
     uint32_t per_poll;
@@ -151,7 +153,7 @@ FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *
 FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters *parameters, uint32_t now,
                                        const failsafe_demand *output);
 
-/* Returns how many units the output of an axis can differ from the output before, whatever happens. */
+/* Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens. */
 FAILSAFE_FUNCTION failsafe_demand failsafe_most_per_poll(const failsafe *self);
 
 /* Takes the demands of a frame. The next poll is the time of the frame. */
@@ -234,8 +236,8 @@ static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
     return elapsed;
 }
 
-/* Moves an axis towards the target, at most by the way `slow`, or by the way `fast` if it is live. If it may go live,
- * it does so when it meets its target, or when the target has passed it. */
+/* Moves an axis towards the target by at most `slow`, or by at most `fast` if the axis is live. If `may_go_live`, the
+ * axis goes live when it meets its target, or when the target has passed it. */
 static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t slow, uint32_t fast, bool may_go_live)
 {
     const bool rises = target > axis->position;
@@ -251,7 +253,7 @@ static inline void failsafe_step(failsafe_axis *axis, uint32_t target, uint32_t 
     axis->position = rises ? (axis->position + way) : (axis->position - way);
 }
 
-/* Moves each axis at most by the way `slow`, or by the way `fast` if it is live. Writes the output, and returns the
+/* Moves each axis by at most `slow`, or by at most `fast` if the axis is live. Writes the output, and returns the
  * phase. */
 static inline failsafe_phase failsafe_move(failsafe *self, uint32_t slow, uint32_t fast, failsafe_demand *output)
 {

@@ -10,6 +10,7 @@
  *   gnss_init(&receiver);
  *   if (gnss_push(&receiver, byte, &message)) { ... }     for each received byte
  *   gnss_line_event(&receiver, GNSS_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   gnss_line_event(&receiver, GNSS_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + gnss_pending(&receiver).

@@ -10,6 +10,7 @@
  *   ibus_init(&receiver);
  *   if (ibus_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ibus_line_event(&receiver, IBUS_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   ibus_line_event(&receiver, IBUS_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_pending(&receiver).

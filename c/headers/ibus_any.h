@@ -10,6 +10,7 @@
  *   ibus_any_init(&receiver);
  *   if (ibus_any_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ibus_any_line_event(&receiver, IBUS_ANY_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   ibus_any_line_event(&receiver, IBUS_ANY_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_any_pending(&receiver).

@@ -10,6 +10,7 @@
  *   ibus_telemetry_init(&receiver);
  *   if (ibus_telemetry_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ibus_telemetry_line_event(&receiver, IBUS_TELEMETRY_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   ibus_telemetry_line_event(&receiver, IBUS_TELEMETRY_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_telemetry_pending(&receiver).

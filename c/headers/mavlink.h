@@ -10,6 +10,7 @@
  *   mavlink_init(&receiver);
  *   if (mavlink_push(&receiver, byte, &message)) { ... }     for each received byte
  *   mavlink_line_event(&receiver, MAVLINK_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   mavlink_line_event(&receiver, MAVLINK_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink_pending(&receiver).

@@ -10,6 +10,7 @@
  *   mavlink1_init(&receiver);
  *   if (mavlink1_push(&receiver, byte, &message)) { ... }     for each received byte
  *   mavlink1_line_event(&receiver, MAVLINK1_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   mavlink1_line_event(&receiver, MAVLINK1_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink1_pending(&receiver).

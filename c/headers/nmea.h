@@ -10,6 +10,7 @@
  *   nmea_init(&receiver);
  *   if (nmea_push(&receiver, byte, &message)) { ... }     for each received byte
  *   nmea_line_event(&receiver, NMEA_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   nmea_line_event(&receiver, NMEA_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + nmea_pending(&receiver).

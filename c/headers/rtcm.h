@@ -10,6 +10,7 @@
  *   rtcm_init(&receiver);
  *   if (rtcm_push(&receiver, byte, &message)) { ... }     for each received byte
  *   rtcm_line_event(&receiver, RTCM_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   rtcm_line_event(&receiver, RTCM_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + rtcm_pending(&receiver).

@@ -10,6 +10,7 @@
  *   sbus_init(&receiver);
  *   if (sbus_push(&receiver, byte, &message)) { ... }     for each received byte
  *   sbus_line_event(&receiver, SBUS_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   sbus_line_event(&receiver, SBUS_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + sbus_pending(&receiver).

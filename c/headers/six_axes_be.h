@@ -10,6 +10,7 @@
  *   six_axes_be_init(&receiver);
  *   if (six_axes_be_push(&receiver, byte, &message)) { ... }     for each received byte
  *   six_axes_be_line_event(&receiver, SIX_AXES_BE_FRAMING_ERROR);     instead of push, for each damaged byte
+ *   six_axes_be_line_event(&receiver, SIX_AXES_BE_IDLE_LINE);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + six_axes_be_pending(&receiver).

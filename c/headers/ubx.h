@@ -10,6 +10,7 @@
  *   ubx_init(&receiver);
  *   if (ubx_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ubx_line_event(&receiver, UBX_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
+ *   ubx_line_event(&receiver, UBX_IDLE_LINE, received, NULL);     at each pause between frames
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ubx_pending(&receiver).

@@ -7,7 +7,7 @@
  * The file of a layout includes the header, defines the following macros, and includes this file:
  *
  *   NAME, UPPER    the prefixes of the header's names
- *   RUST_REASONS   see window.h
+ *   RUST_REASONS   see counters.h
  *   MOST           the greatest number of bytes to classify
  *   TURNS          more iterations than any loop performs for these bytes
  *
@@ -23,9 +23,9 @@
 #define PAYLOAD 2U
 
 /* The type of indexes and lengths in the engine's functions. */
-#ifndef INDEX
-#define INDEX uint16_t
-#endif
+#define INDEX __typeof__(((X(receiver) *)NULL)->from)
+/* For POINT: points a pointer of the message to at most PAYLOAD bytes. */
+#define POINT_TO(bytes) message.bytes = payload; ASSUME(message.bytes##_length <= PAYLOAD);
 
 PROOF(classify, TURNS)
 {
@@ -35,6 +35,9 @@ PROOF(classify, TURNS)
     INDEX number = 0U;
 
     ASSUME((count >= 1U) && (count <= MOST) && (seen < count));
+#ifdef KNOWN
+    __CPROVER_havoc_object(known); /* see avr/pgmspace.h */
+#endif
     /* Place the bytes at the end of the array, so that reading past them is an error. */
     const uint8_t *const at = bytes + (MOST - count);
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
@@ -94,8 +97,6 @@ PROOF(encode, ENCODE_TURNS)
 #endif
 
 /* Functions for the harnesses in Rust. */
-
-#define NONE XX(REASONS)
 
 static uint8_t bytes[MOST];
 static INDEX number;

@@ -5,10 +5,7 @@
 #define TURNS 66
 #define SPACE 7U
 #define ENCODE_TURNS 10
-#define INDEX uint8_t
 #define RUST_REASONS \
     {CRSF_NO_SYNC, NONE, CRSF_BAD_HEADER, CRSF_TOO_LONG, NONE, CRSF_CHECKSUM_MISMATCH, NONE, CRSF_LINE_EVENT}
-#define POINT \
-    message.payload = payload; \
-    ASSUME(message.payload_length <= PAYLOAD);
+#define POINT POINT_TO(payload)
 #include "buffered.h"

@@ -42,9 +42,9 @@ typedef struct {
 #include "../../host/generate/templates/engine/counters.h"
 #include "../../host/generate/templates/engine/receiver.h"
 
-/* The next answers of the classifier's two functions, and the questions that they were asked. A question consists of the
- * first byte, the number of bytes, and the number of bytes that have been classified before. For `any_classify_before`
- * this last number is BEFORE plus the event. */
+/* The answers that the classifier's two functions will give, and the questions that they were asked. A question
+ * consists of the first byte, the number of bytes, and the number of bytes that have been classified before. For
+ * `any_classify_before` this last number is BEFORE plus the event. */
 #define ANSWERS (ANY_LONGEST + 1U)
 #define BEFORE 250U
 typedef struct {

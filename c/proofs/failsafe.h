@@ -94,7 +94,8 @@ PROOF(init, TURNS)
     start();
     const failsafe before = platform;
 
-    /* The solver cannot divide by any number in reasonable time, so the times are short, or too long. */
+    /* The solver cannot divide by any number in reasonable time, so the times are short, or so long that they are
+     * rejected. */
     parameters.approach_travel = nondet_bool() ? nondet_uint8() : (UINT32_MAX - nondet_uint8());
     parameters.live_travel = nondet_bool() ? nondet_uint8() : (UINT32_MAX - nondet_uint8());
     const bool is_accepted = failsafe_init(&platform, &parameters, now);

@@ -5,10 +5,7 @@
 #define TURNS 10
 #define SPACE 8U
 #define ENCODE_TURNS 40
-#define INDEX uint8_t
 #define RUST_REASONS \
     {IBUS_TELEMETRY_NO_SYNC, NONE, NONE, NONE, NONE, IBUS_TELEMETRY_CHECKSUM_MISMATCH, NONE, IBUS_TELEMETRY_LINE_EVENT}
-#define POINT \
-    message.payload = payload; \
-    ASSUME(message.payload_length <= PAYLOAD);
+#define POINT POINT_TO(payload)
 #include "buffered.h"

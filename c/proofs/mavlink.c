@@ -1,3 +1,4 @@
+#define __AVR__
 #include "../headers/mavlink.h"
 #define NAME mavlink
 #define UPPER MAVLINK

@@ -1,3 +1,4 @@
+#define __AVR__
 #include "../headers/mavlink1.h"
 #define NAME mavlink1
 #define UPPER MAVLINK1

@@ -1,3 +1,4 @@
+#define __AVR__
 #include "../headers/mavlink2.h"
 #define NAME mavlink2
 #define UPPER MAVLINK2

@@ -8,7 +8,5 @@
 #define IS_SILENT
 #define RUST_REASONS \
     {NONE, NONE, NONE, MODBUS_RTU_TOO_LONG, NONE, MODBUS_RTU_CHECKSUM_MISMATCH, NONE, MODBUS_RTU_LINE_EVENT}
-#define POINT \
-    message.data = payload; \
-    ASSUME(message.data_length <= PAYLOAD);
+#define POINT POINT_TO(data)
 #include "buffered.h"

@@ -7,7 +7,5 @@
 #define ENCODE_TURNS 11
 #define RUST_REASONS \
     {NMEA_NO_SYNC, NONE, NMEA_BAD_HEADER, NONE, NONE, NMEA_CHECKSUM_MISMATCH, NMEA_WRONG_TERMINATOR, NMEA_LINE_EVENT}
-#define POINT \
-    message.sentence = payload; \
-    ASSUME(message.sentence_length <= PAYLOAD);
+#define POINT POINT_TO(sentence)
 #include "buffered.h"

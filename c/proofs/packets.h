@@ -5,6 +5,9 @@
  * The packets have up to three bytes. The file of a stuffing includes the header, defines NAME and UPPER, the prefixes of
  * the header's names, and includes this file. */
 #include "proof.h"
+#define RUST_REASONS \
+    {XX(NO_SYNC), NONE, NONE, XX(TOO_LONG), NONE, NONE, NONE, XX(LINE_EVENT), XX(BROKEN_STUFFING)}
+#include "counters.h"
 
 /* More iterations than any loop performs. */
 #define BOUND 12
@@ -12,18 +15,6 @@
 #define INIT_BOUND 100
 #define PAYLOAD (XX(LONGEST) - 1U)
 #define SPACE (2U * XX(LONGEST) + 4U)
-
-/* Returns the number of bytes in frames plus the number of discarded bytes. */
-static uint32_t placed(const X(counters) *counters)
-{
-    uint32_t sum = counters->frame_bytes;
-    uint8_t i;
-
-    for (i = 0U; i < XX(REASONS); i++) {
-        sum += counters->discarded[i];
-    }
-    return sum;
-}
 
 static bool invariant(const X(receiver) *receiver)
 {
@@ -88,9 +79,6 @@ PROOF(line_event, BOUND)
     COVER(is_kept && before == 2U);
 }
 
-static X(receiver) receiver;
-static X(message) message;
-
 PROOF(encode, BOUND)
 {
     static const X(receiver) none;
@@ -147,25 +135,4 @@ uint8_t c_frame_byte(uint8_t place)
 uint32_t c_pending(void)
 {
     return X(pending)(&receiver);
-}
-
-/* Returns the counter with this number, in the order of the Rust receiver's counters. The last counter counts bytes
- * with broken stuffing. */
-uint32_t c_counter(uint8_t place)
-{
-    const X(counters) *counters = &receiver.counters;
-
-    switch (place) {
-    case 0: return counters->bytes;
-    case 1: return counters->frames;
-    case 2: return counters->frame_bytes;
-    case 3: return counters->resynchronisations;
-    case 9: return counters->discarded[XX(NO_SYNC)];
-    case 12: return counters->discarded[XX(TOO_LONG)];
-    case 16: return counters->discarded[XX(LINE_EVENT)];
-    case 17: return counters->discarded[XX(BROKEN_STUFFING)];
-    default: break;
-    }
-    place = (uint8_t)(place - 4U);
-    return (place < XX(EVENTS)) ? counters->events[place] : 0U;
 }

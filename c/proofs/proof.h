@@ -4,6 +4,8 @@
 #define JOIN(one, other) JOIN_(one, other)
 #define X(name) JOIN(NAME, name)
 #define XX(name) JOIN(UPPER, name)
+/* Stands for a reason that a header does not have. */
+#define NONE XX(REASONS)
 
 /* Defines a harness. Each loop performs fewer than `bound` iterations. */
 #define PROOF_(name, bound) void proof_##name##_##bound(void)

@@ -7,7 +7,5 @@
 #define ENCODE_TURNS 10
 #define RUST_REASONS \
     {RTCM_NO_SYNC, NONE, RTCM_BAD_HEADER, NONE, NONE, RTCM_CHECKSUM_MISMATCH, NONE, RTCM_LINE_EVENT}
-#define POINT \
-    message.payload = payload; \
-    ASSUME(message.payload_length <= PAYLOAD);
+#define POINT POINT_TO(payload)
 #include "buffered.h"

@@ -7,7 +7,5 @@
 #define ENCODE_TURNS 12
 #define RUST_REASONS \
     {UBX_NO_SYNC, UBX_BROKEN_SYNC, NONE, UBX_TOO_LONG, NONE, UBX_CHECKSUM_MISMATCH, NONE, UBX_LINE_EVENT}
-#define POINT \
-    message.payload = payload; \
-    ASSUME(message.payload_length <= PAYLOAD);
+#define POINT POINT_TO(payload)
 #include "buffered.h"

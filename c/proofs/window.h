@@ -5,26 +5,15 @@
  * The file of a layout includes the header, defines the following macros, and includes this file:
  *
  *   NAME, UPPER    the prefixes of the header's names
- *   RUST_REASONS   the reasons that the Rust receiver counts, in its order: the C name of each, or NONE
+ *   RUST_REASONS   see counters.h
  *   VALUES         the values of a message */
 #include "proof.h"
+#include "counters.h"
 
 /* More iterations than any loop performs. */
 #define BOUND 18
 /* More than the size of a receiver in bytes. */
 #define INIT_BOUND 100
-
-/* Returns the number of bytes in frames plus the number of discarded bytes. */
-static uint32_t placed(const X(counters) *counters)
-{
-    uint32_t sum = counters->frame_bytes;
-    uint8_t i;
-
-    for (i = 0U; i < XX(REASONS); i++) {
-        sum += counters->discarded[i];
-    }
-    return sum;
-}
 
 static bool invariant(const X(receiver) *receiver)
 {
@@ -106,9 +95,6 @@ PROOF(encode, BOUND)
 
 /* Functions for the harnesses in Rust. */
 
-static X(receiver) receiver;
-static X(message) message;
-
 /* Makes `count` bytes pending. `is_lost` says whether bytes were discarded since the last frame. */
 void c_hold(uint8_t count, uint8_t is_lost)
 {
@@ -151,27 +137,4 @@ uint32_t c_value(uint8_t place)
     const uint32_t values[] = VALUES;
 
     return values[place];
-}
-
-#define NONE XX(REASONS)
-
-/* Returns the counter with this number, in the order of the Rust receiver's counters. */
-uint32_t c_counter(uint8_t place)
-{
-    static const X(outcome) reasons[] = RUST_REASONS;
-    const X(counters) *counters = &receiver.counters;
-
-    switch (place) {
-    case 0: return counters->bytes;
-    case 1: return counters->frames;
-    case 2: return counters->frame_bytes;
-    case 3: return counters->resynchronisations;
-    default: break;
-    }
-    place = (uint8_t)(place - 4U);
-    if (place < XX(EVENTS)) {
-        return counters->events[place];
-    }
-    place = (uint8_t)(place - XX(EVENTS));
-    return (reasons[place] == NONE) ? 0U : counters->discarded[reasons[place]];
 }

@@ -81,7 +81,7 @@ fn build(sketch: &str, here: &Path) -> PathBuf {
     program
 }
 
-/// The time of a byte at 115 200 baud, in microseconds. simavr takes a byte for eleven bits.
+/// The time of a byte at 115 200 baud, in microseconds. simavr counts eleven bits for a byte.
 const BYTE: u32 = 95;
 
 /// The events that `board.c` reads: bytes on the serial line, and resets.
@@ -249,7 +249,7 @@ const PARK: [u32; 3] = [128; 3];
 fn the_motion_platform_is_right_after_one_pause() {
     let mut line = SerialLine::new();
     let mut at = vec![];
-    // Nobody can know better until the first pause.
+    // Until the first pause, no receiver can know which frames were sent.
     line.send(&AMBIGUOUS[1..]);
     line.repeat_for(2_000_000, AMBIGUOUS);
     at.push((line.now, WRONG));
@@ -259,7 +259,7 @@ fn the_motion_platform_is_right_after_one_pause() {
     for lost in 0..AMBIGUOUS.len() {
         line.pause(10_000);
         line.send_without(lost, AMBIGUOUS);
-        // The next bytes are a part of the faulty group, until the pause.
+        // Until the pause, the next bytes belong to the group with the lost byte.
         line.repeat_for(20_000, AMBIGUOUS);
         line.pause(10_000);
         line.repeat_for(500_000, AMBIGUOUS);
@@ -396,7 +396,8 @@ fn a_reset_does_not_move_the_motion_platform() {
     servos.assert_at(end, PARK);
 }
 
-/// After 1.5 seconds, the loop comes late once, or never again. Then bytes are lost, or the watchdog resets the chip.
+/// After 1.5 seconds, one iteration of the loop takes too long, or never ends. Then bytes are lost, or the watchdog
+/// resets the chip.
 #[test]
 fn a_late_loop_does_not_move_the_motion_platform() {
     for late in ["delay(200);", "for (;;) {}"] {

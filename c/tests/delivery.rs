@@ -25,7 +25,7 @@ fn programs_of_the_page_compile() {
     let include = include_headers();
     let stand_ins = format!("-I{}", beside("stm32").display());
     let programs = [blocks(PAGE, "c"), blocks(README, "c")].concat();
-    assert_eq!(programs.len(), 5);
+    assert_eq!(programs.len(), 6);
     for program in programs {
         fs::write(here.path().join("page.c"), program).unwrap();
         for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
@@ -36,6 +36,15 @@ fn programs_of_the_page_compile() {
             );
         }
     }
+}
+
+#[test]
+fn the_pages_first_test_passes() {
+    let here = TempDir::new().unwrap();
+    let [source, program] = ["page.c", "page"].map(|name| here.path().join(name));
+    fs::write(&source, blocks(PAGE, "c")[0]).unwrap();
+    GCC.compile(&source, &[&include_headers()], &program);
+    succeeds(&mut Command::new(program), &[], "gcc");
 }
 
 #[test]

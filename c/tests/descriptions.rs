@@ -3,7 +3,8 @@
 /// The name and the text of a description.
 type Named = (&'static str, &'static str);
 
-/// Every way in which a frame can end, and every checksum, other than those of the shipped descriptions.
+/// Returns descriptions with every way in which a frame can end, and with every checksum, that no shipped description
+/// has.
 pub(crate) fn forms() -> Vec<Named> {
     read(include_str!("forms.txt"))
 }

@@ -95,7 +95,7 @@ impl Case {
         self.description.kinds.len() > 1
     }
 
-    /// Returns whether the header has a reason.
+    /// Returns whether the header has this reason to discard bytes.
     fn has_reason(&self, reason: &str) -> bool {
         let upper = self.name.to_uppercase();
         self.header.contains(&format!("    {upper}_{reason}, /*"))

@@ -63,7 +63,7 @@ impl Case {
     }
 }
 
-/// Returns the frame, or the bytes of a faulty line with the frame.
+/// Returns the frame alone, or the bytes that arrive when a faulty line carries the frame.
 pub(crate) fn sometimes_faulty(frame: &Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     if random.random() {
         frame.clone()

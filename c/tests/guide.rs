@@ -41,7 +41,7 @@ fn hex(bytes: &[u8]) -> String {
     glued(bytes) + "\n"
 }
 
-/// Returns what arrives of a frame. About one frame in 20 has a fault.
+/// Returns the bytes of a frame as they arrive. About one frame in 20 has a fault.
 fn with_faults(frame: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     if random.random_range(0..20) == 0 {
         broken(frame, |count| random.random_range(0..count))
@@ -123,7 +123,7 @@ fn interrupt_handler_with_failsafe() {
     let events = line.counters().events;
     assert!(events.framing > 50 && events.idle > 1000, "{events:?}");
     assert_many(line.counters());
-    check(0, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
+    check(1, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
 }
 
 /// The programs that have a buffered receiver.
@@ -269,7 +269,7 @@ fn main_loop_with_ring_buffer() {
         hex(&frame[1..star.unwrap()])
     };
     let expected = expected(Buffer::Ring, &description, &steps, sentence);
-    check(2, "-DRING", &steps, &expected);
+    check(3, "-DRING", &steps, &expected);
 }
 
 #[test]
@@ -284,5 +284,5 @@ fn task_with_queue() {
         format!("{number} {}", hex(payload))
     };
     let expected = expected(Buffer::Queue, &description, &steps, message);
-    check(3, "-DQUEUE", &steps, &expected);
+    check(4, "-DQUEUE", &steps, &expected);
 }

@@ -22,7 +22,7 @@ fn shipped() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
         .filter(|(name, _)| !WITHOUT_HEADER.contains(name))
 }
 
-/// The folder of the shipped headers.
+/// Returns the folder of the shipped headers.
 pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("headers")
 }
@@ -52,6 +52,42 @@ fn headers_are_what_generate_writes() {
         let command = format!("framelock generate --frame {name} --language c");
         let header = c(&description, name, &command, CrcTable::Nibbles);
         check(&folder().join(header_name(name) + ".h"), &header);
+    }
+}
+
+/// Returns a header's text without the prefixes of its names.
+fn without_prefixes(name: &str, prefixes: &[&str]) -> String {
+    let text = fs::read_to_string(folder().join(name).with_extension("h")).unwrap();
+    let remove = |text: String, prefix: &&str| {
+        let text = text.replace(prefix, "");
+        text.replace(&prefix.to_uppercase(), "")
+    };
+    prefixes.iter().fold(text, remove)
+}
+
+/// The lines of `gnss.h` that `nmea.h` does not need, because its receiver never has more bytes than the longest sentence.
+const LONGEST_SENTENCE: &str = "    if (count > 515U) {\n        count = 515U;\n    }\n";
+
+/// So the proofs about the header of each protocol also hold for the header of several protocols.
+#[test]
+fn headers_for_several_protocols_classify_as_the_header_of_each() {
+    for (several, each) in [
+        ("gnss", &["ubx", "nmea", "rtcm"][..]),
+        ("mavlink", &["mavlink2", "mavlink1"]),
+    ] {
+        for name in each {
+            let own = without_prefixes(name, &[&format!("{name}_")]);
+            let (first, last) = ("static inline bool starts(", "    return FRAME;\n}\n");
+            let (_, from_first) = own.split_once(first).unwrap();
+            let (classifier, _) = from_first.split_once(last).unwrap();
+            assert!(classifier.contains("static inline outcome classify("));
+            let prefixes = [&*format!("{several}_{name}_"), &format!("{several}_")];
+            let all = without_prefixes(several, &prefixes).replace(LONGEST_SENTENCE, "");
+            assert!(
+                all.contains(&format!("{first}{classifier}{last}")),
+                "{several}.h classifies {name} in another way"
+            );
+        }
     }
 }
 

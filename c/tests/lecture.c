@@ -1,4 +1,4 @@
-/* The part that docs/from-the-lecture.md leaves to the firmware. Reads bytes from standard input, and prints the setpoint
+/* The part that docs/protocol.md leaves to the firmware. Reads bytes from standard input, and prints the setpoint
  * after each byte. */
 #include <stdio.h>
 #include <stdint.h>

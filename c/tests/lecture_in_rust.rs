@@ -1,4 +1,4 @@
-//! The Rust code in `docs/from-the-lecture.md`. The page shows this file up to the test.
+//! The Rust code in `docs/protocol.md`. The page shows this file up to the test.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, Receiver};

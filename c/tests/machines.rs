@@ -126,8 +126,9 @@ fn check_on_avr(bytes: usize) {
             "dsmr-p1" => (&AVR_2560, &["-DDSMR_P1_ROOM=DSMR_P1_LONGEST"][..]),
             "rtcm" => (&AVR, &["-DRTCM_ROOM=RTCM_LONGEST"][..]),
             "vedirect" => (&AVR, &["-DVEDIRECT_ROOM=VEDIRECT_LONGEST"][..]),
-            // With other optimisations, the compiler makes `sbiw r24, 13` of the trailer's 13 bytes, behind a `sbrc` or `cpse`.
-            // simavr 1.6 takes this `sbiw` for a jump of two words, and skips the instruction after it, too.
+            // With other optimisations, the compiler uses `sbiw r24, 13` for the trailer's 13 bytes, directly after a
+            // `sbrc` or `cpse`, which may skip it. simavr 1.6 mistakes this `sbiw` for an instruction of two words, and
+            // skips the next one, too.
             "mavlink2" => (&AVR, &["-O3"][..]),
             _ => (&AVR, &[][..]),
         };

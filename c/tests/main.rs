@@ -20,4 +20,5 @@ mod headers;
 mod lecture;
 mod lecture_in_rust;
 mod machines;
+mod messages;
 mod refusals;

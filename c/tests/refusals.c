@@ -55,7 +55,7 @@ static void encode_with_too_little_room(void)
     length = F(encode)(&message, frame, sizeof frame);
 
     demand(length > 0U, "the values of a received frame can be encoded");
-    /* Long frames take too long to check with every room. */
+    /* For long frames, checking every room would take too long. */
     for (room = 0U; room < length; room += (length < 300U) ? 1U : 97U) {
         memset(frame, (int)(0xA5U ^ (room & 0xFFU)), sizeof frame);
         remember();
@@ -91,7 +91,7 @@ static void count(void *context, const F(message) *found)
     ended++;
 }
 
-/* Ends two copies of the receiver by a line event. Only the first call has a function for the frames. */
+/* Reports a line event to two copies of the receiver. Only the first call passes a function for the frames. */
 static void end_without_a_function(void)
 {
     static F(receiver) with;

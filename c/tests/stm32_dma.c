@@ -30,7 +30,7 @@ static void fetch(void)
     }
 }
 
-/* Takes a step in which time passes: a byte, a corrupted byte, or silence for as many bytes' time. */
+/* Takes a step in which time passes: a byte, a corrupted byte, or silence for `number` byte times. */
 static void pass(int kind, uint8_t number)
 {
     if (kind == 's') {

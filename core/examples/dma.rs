@@ -36,11 +36,11 @@ pub(crate) trait Serial {
 /// A receiver, and how far it has read.
 pub(crate) struct Reception<P: Parser> {
     pub(crate) line: Line<P>,
-    /// The index of the first byte that the receiver has not got.
+    /// The index of the first byte that the receiver has not taken.
     taken: usize,
-    /// When `receive` was called last.
+    /// The time of the last call of `receive`.
     called: u32,
-    /// When the position was last seen to have changed.
+    /// The time of the last call that found another position than the call before.
     changed: u32,
 }
 

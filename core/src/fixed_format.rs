@@ -45,7 +45,7 @@ use crate::window::Word;
 /// type Frame = [u8; 25];
 /// # }
 /// ```
-/// A format that accepts any bytes as a frame:
+/// A format that accepts all bytes as a frame:
 /// ```compile_fail,E0080
 /// # use framelock::{FixedFormat, Receiver, Shape};
 /// # struct Anything;

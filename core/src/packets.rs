@@ -40,8 +40,8 @@ mod verification;
 ///   bytes that stuffing adds. [`Frame::bytes`] are the unstuffed bytes. The delimiters before a packet stay
 ///   [pending](Self::pending) until the packet is decided.
 /// * **Cost.** Most calls of [`push`](Self::push) only store a byte. The format is asked when it has as many bytes as
-///   it has asked for, and at the delimiter. With `Doubled`, a packet that is rejected may be classified again, from each
-///   pair of bytes on that looks like a beginning. So in the worst case the last byte of a packet of `n` bytes costs
+///   it has asked for, and at the delimiter. With `Doubled`, a rejected packet may be classified again, once for each
+///   pair of bytes that looks like a beginning. So in the worst case the last byte of a packet of `n` bytes costs
 ///   `n / 2` classifications.
 ///
 /// # Examples
@@ -311,7 +311,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             Meaning::End => {
                 self.pending = self.pending.wrapping_add(1);
                 let whole = self.close(report);
-                // Nothing is pending any more, except if the packet was empty.
+                // If the packet was empty, its bytes are still pending.
                 self.discard_all_but(0, DiscardReason::BadHeader, report);
                 return whole;
             }
@@ -423,8 +423,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         None
     }
 
-    /// Ends the packet if this classification makes it a frame. Otherwise returns the reason why it is none. The frame
-    /// stays in the buffer until the next byte.
+    /// Ends the packet if this classification makes it a frame. Otherwise returns the reason why the packet is not a
+    /// frame. The frame stays in the buffer until the next byte.
     #[inline]
     fn deliver(&mut self, classification: Classification) -> Result<Whole, DiscardReason> {
         match classification {
@@ -468,8 +468,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         let Some(code) = packet.iter().position(begins) else {
             return false;
         };
-        // The received bytes before the escape byte of the new beginning: the old beginning, the content with its doubled
-        // escape bytes, and the first of the two escape bytes before `code`, of which the content has only one.
+        // Count the received bytes before the new beginning: the old beginning, and the content before `code` with its
+        // doubled escape bytes, except the last escape byte, which belongs to the new beginning.
         let start_length = usize::from(start.is_some());
         let before = packet.iter().take(code);
         let doubled = before.filter(|place| stuffing.is_doubled(place.get()));

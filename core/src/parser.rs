@@ -55,8 +55,8 @@ pub trait Parser {
     /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. Steps until one returns
-    /// false do what one call of `line_event` does.
+    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. To do the same as
+    /// one call of `line_event`, repeat the step until it returns false.
     ///
     /// The default decides about all pending bytes in one step.
     fn line_event_step(
@@ -69,7 +69,8 @@ pub trait Parser {
     }
 
     /// Does one step of deciding about the bytes that [`push`](Self::push) has left undecided. Returns false if the next
-    /// decision needs more bytes. Steps until one returns false do what [`feed`](Self::feed) of an empty slice does.
+    /// decision needs more bytes. To do the same as [`feed`](Self::feed) of an empty slice, repeat the step until it
+    /// returns false.
     ///
     /// The default feeds an empty slice.
     fn poll_step(&mut self, found: impl FnMut(Found<Self::Message<'_>>)) -> bool {
@@ -201,8 +202,8 @@ pub enum DiscardReason {
     BrokenStuffing,
     /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
-    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came, or it was pending behind such
-    /// a byte. `LineEvent` explains the rule.
+    /// The byte waited for the rest of a frame when a [`LineEvent`](crate::LineEvent) came, or it was pending after
+    /// such a byte. `LineEvent` explains the rule.
     LineEvent,
 }
 

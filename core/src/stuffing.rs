@@ -215,7 +215,7 @@ impl Stuffing {
 /// The meaning of a byte inside a packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Meaning {
-    /// The byte stands for this byte of the packet, with the bytes before it.
+    /// Together with the bytes before it, the byte stands for this byte of the packet.
     Content(u8),
     /// The byte stands for nothing before other bytes follow: an escape byte, or the length of a block.
     Prefix,
@@ -225,7 +225,7 @@ pub(crate) enum Meaning {
     End,
     /// The second byte of `escape start`.
     Start,
-    /// No code may follow the escape byte but this one does.
+    /// The byte follows the escape byte, but is not a code.
     Broken,
 }
 
@@ -317,8 +317,8 @@ impl Output<'_> {
         bytes.iter().try_for_each(|&byte| self.push(byte))
     }
 
-    /// Writes the blocks of COBS. Each block is a code, which is the block's length with the code, and bytes other than
-    /// zero.
+    /// Writes the blocks of COBS. Each block is a code, which is the block's length including the code, followed by
+    /// bytes other than zero.
     fn push_blocks(&mut self, packet: &[u8]) -> Option<()> {
         let mut rest = packet;
         loop {

@@ -53,8 +53,9 @@ impl Sender {
         self.0.baudrate.write(|w| w.baudrate().variant(baud));
     }
 
-    /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit.
-    pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) {
+    /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit, with the cycle
+    /// count at its end.
+    pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) -> u32 {
         self.0.events_endtx.reset();
         // SAFETY: the address and the length describe `bytes`, which stay borrowed until they are sent.
         unsafe {
@@ -64,7 +65,9 @@ impl Sender {
         self.0.tasks_starttx.write(|w| w.tasks_starttx().set_bit());
         meanwhile();
         while self.0.events_endtx.read().bits() == 0 {}
+        let ended = DWT::cycle_count();
         pause(2 * BYTE);
+        ended
     }
 
     /// Sends a byte with an even parity bit. A receiver that expects no parity mistakes this bit for the stop bit. If
@@ -90,13 +93,31 @@ impl<'a> Receiver<'a> {
         receiver
     }
 
-    /// Switches the receiver off and on. Afterwards the FIFO is empty, no error is set, and a transfer is open.
-    pub(crate) fn switch_on(&self) {
+    /// Stops the receiver and switches it off. Returns the cycles from STOPRX to RXTO, if RXTO comes.
+    pub(crate) fn switch_off(&self) -> Option<u32> {
+        let cycles = self.stop();
         self.0.enable.write(|w| w.enable().disabled());
+        cycles
+    }
+
+    /// Switches the receiver off and on. Afterwards the FIFO is empty, no error is set, and a transfer is open.
+    pub(crate) fn switch_on(&self) -> Option<u32> {
+        let cycles = self.switch_off();
         self.0.enable.write(|w| w.enable().enabled());
         self.causes();
         self.0.events_endrx.reset();
         self.open();
+        cycles
+    }
+
+    /// Sets whether the receiver expects a parity bit. The receiver is switched off and on.
+    pub(crate) fn expect_parity(&self, is_expected: bool) {
+        self.switch_off();
+        self.0.config.reset();
+        if is_expected {
+            self.0.config.write(|w| w.parity().included());
+        }
+        self.switch_on();
     }
 
     /// Opens a transfer.
@@ -118,6 +139,28 @@ impl<'a> Receiver<'a> {
         let end = wait(LONG, || self.0.events_endrx.read().bits() != 0);
         self.0.events_endrx.reset();
         end
+    }
+
+    /// Waits until a byte is in memory, and then until its transfer ends. Returns the cycles of the second wait. The byte
+    /// must not be 0.
+    pub(crate) fn end_after_byte(&self) -> Option<u32> {
+        BYTE_IN_MEMORY.store(0, Ordering::Relaxed);
+        wait(LONG, || Self::byte() != 0);
+        self.end()
+    }
+
+    /// Moves a byte that waits to memory, by FLUSHRX. Returns whether RXSTARTED comes.
+    pub(crate) fn flush(&self) -> bool {
+        self.0.events_rxstarted.reset();
+        (self.0.tasks_flushrx).write(|w| w.tasks_flushrx().set_bit());
+        self.end();
+        self.0.events_rxstarted.read().bits() != 0
+    }
+
+    /// Waits for ERROR. Returns the cycle count then, if it comes.
+    pub(crate) fn error(&self) -> Option<u32> {
+        let error = wait(LONG, || self.0.events_error.read().bits() != 0);
+        error.map(|_| DWT::cycle_count())
     }
 
     /// Returns the byte that the last transfer stored.

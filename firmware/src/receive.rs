@@ -14,7 +14,9 @@ use framelock_reception::{NO_BYTE, Registers};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{Interrupt, TIMER2, UARTE0, interrupt};
 
-use crate::settings::{GAP_AFTER, InputPin, Line, NONE_WAITS_AFTER, Parser, baud_register};
+use crate::settings::{
+    BYTE_TIME, GAP_AFTER, InputPin, Line, NONE_WAITS_AFTER, Parser, baud_register,
+};
 use crate::telemetry::COUNTERS;
 use crate::{clock, setpoint};
 
@@ -34,7 +36,8 @@ static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None
 /// run time would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
-type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, GAP_AFTER>;
+/// The reception's time of a gap includes the byte that ends the silence.
+type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, { GAP_AFTER + BYTE_TIME }>;
 type Receiver = (Reception, Hardware);
 
 struct Hardware {

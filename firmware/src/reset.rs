@@ -107,7 +107,7 @@ pub(crate) fn keep_output(setpoint: Setpoint) {
     mark.store(MARK, Ordering::Relaxed);
 }
 
-/// Returns the word for these outputs. The check byte differs from that of outputs with another bit.
+/// Returns the word for these outputs. If one bit of the outputs changes, the check byte changes, too.
 fn word(Setpoint { pitch, roll, yaw }: Setpoint) -> u32 {
     u32::from_le_bytes([pitch, roll, yaw, !(pitch ^ roll ^ yaw)])
 }

@@ -30,7 +30,8 @@ pub(crate) type Line = framelock::Line<Parser>;
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// The length of a silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a
-/// USB serial adapter inserts into a frame, and shorter than the sender's pauses between frames.
+/// USB serial adapter inserts into a frame, and shorter than the sender's pauses between frames. A handler that is late
+/// makes the silence look longer by its delay: a handler that is 5 ms late reports a gap even on a line without pauses.
 pub(crate) const GAP_AFTER: u32 = 5_000;
 
 /// How fast the outputs move, and their behaviour when frames stop and when they resume. Times are in microseconds.

@@ -1,10 +1,57 @@
-//! Runs all tests again under each assumption about the chip.
+//! Tests of the firmware under each assumption about the chip, alone.
 
 use std::process::Command;
 use std::time::Duration;
 
 use framelock_limited::Process;
 use nrf52840_emulator::Assumptions;
+
+use crate::firmware::{Firmware, GAP, RESTART, frames, is_some_of};
+
+/// The guide's table has a row for each deviation. The row says that nothing is lost, or names the counters that report
+/// the loss. If an ENDRX is lost too, at most five frames are lost, or the row names the time for which nothing is
+/// received.
+#[test]
+fn each_deviation_loses_what_the_guide_says() {
+    let guide = include_str!("../../docs/board.md");
+    for (name, chip) in Assumptions::each() {
+        let start = format!("| `{name}` |");
+        let row = guide.lines().find(|line| line.starts_with(&start));
+        let row = row.unwrap_or_else(|| panic!("{name} is missing in the guide"));
+        for (image, frame_time) in [("default", 608), ("megabaud", 70)] {
+            let mut firmware = Firmware::booted(image).assuming(chip);
+            let (sent, bytes) = frames(200);
+            firmware.send_and_wait(&bytes, GAP);
+            let reported = firmware.counter("overrun") > 0 && firmware.counter("restarts") > 0;
+            let is_lost = firmware.commits() != sent;
+            let [says_nothing, says_reports] =
+                ["| nothing", "`overrun` and `restarts`"].map(|text| row.contains(text));
+            assert_eq!(
+                [!is_lost, reported],
+                [says_nothing, says_reports && is_lost],
+                "{row}"
+            );
+
+            let mut firmware = Firmware::booted(image).assuming(chip);
+            firmware.assume(|all| all.lost_end = 1);
+            firmware.send_and_wait(&bytes, RESTART);
+            let commits = firmware.commits();
+            assert!(is_some_of(&commits, &sent), "{row}");
+            assert!(firmware.counter("overrun") > 0, "{row}");
+            assert_eq!(firmware.counter("restarts"), 1, "{row}");
+            let waits = if row.contains("12 ms") {
+                12_000 / frame_time
+            } else {
+                0
+            };
+            assert!(
+                commits.len() + 5 + waits >= sent.len(),
+                "{row}: {}",
+                commits.len()
+            );
+        }
+    }
+}
 
 /// The limit for all tests under one assumption.
 const LIMIT: Duration = Duration::from_hours(1);

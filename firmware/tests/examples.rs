@@ -92,7 +92,7 @@ fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
 /// The bytes before a disturbance and those after it would together be a frame, which would move the output.
 #[test]
 fn bytes_around_a_disturbance_are_no_frame() {
-    // 30 ms of silence, in which a wrong frame would move the output, and a setpoint.
+    // A setpoint after 30 ms of silence. During the silence, a wrong frame would move the output.
     let stays = "idle:3456 frame:118,119,120 idle:1152";
     // If only the corrupted byte and the bytes dropped after it were missing, the rest would contain a frame.
     let errors = (0..10).map(|dropped| {
@@ -104,8 +104,8 @@ fn bytes_around_a_disturbance_are_no_frame() {
     for (milliseconds, held, after, warning) in [
         // The error is noticed late, when all these bytes are in the driver's buffer.
         (1_900, late, &*errors, "WARN  Framing"),
-        // The rest does not fit into the driver's buffer. Then 2.6 ms: long enough to parse all kept bytes, too short to
-        // count as an idle line.
+        // The rest does not fit into the driver's buffer. A pause of 2.6 ms follows, which is long enough to parse all
+        // kept bytes, and too short to count as an idle line.
         (1_400, kept, "idle:300 66 0D", "WARN  Overrun"),
         // 10 ms of silence.
         (1_400, "41 42 00 64 65", "idle:1152 66 0D", ""),
@@ -114,7 +114,7 @@ fn bytes_around_a_disturbance_are_no_frame() {
             milliseconds,
             |example, board| {
                 let start = send(board, &format!("{GO_LIVE} idle:1152"));
-                // The UARTE's FIFO and the driver's buffer keep 7 bytes, or 256 + 6.
+                // The UARTE's FIFO and the driver's buffer keep 7 bytes with RTIC, and 256 + 6 bytes with Embassy.
                 let is_rtic = example == "framelock-rtic";
                 let kept = if is_rtic { "2E*2" } else { "2E*257" };
                 let end = send(board, &held.replace("KEPT", kept));

@@ -249,8 +249,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     }
 }
 
-/// Returns the cost of clean frames if the handlers are held off for this number of cycles, from eight points of a byte on.
-/// The FIFO holds five bytes. An overrun may come at the start bit of the byte that finds no room.
+/// Returns the costs of clean frames if the handlers are held off for this number of cycles, beginning at each of eight
+/// points in a byte. The FIFO holds five bytes. An overrun may come at the start bit of the byte that finds no room.
 fn held_off(rate: (u64, u32), length: u64, at_start_bit: bool) -> impl Iterator<Item = Cost> {
     let byte = 640_000_000 / rate.0;
     (0..8).map(move |phase| {

@@ -139,19 +139,22 @@ impl Firmware {
         firmware
     }
 
-    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness (see
+    /// Returns firmware that has booted with another baud rate, on a core with this slowness (see
     /// [`Assumptions::slowness`]). The time `NONE_WAITS_AFTER` remains that of the image, and is at most the time for
     /// this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
+        const BAUDRATE: u32 = 0x4000_2524;
         let is_slow = baud <= 115_200;
-        let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
+        let mut firmware = Self::at_power_on(if is_slow { "default" } else { "megabaud" });
         firmware.assume(|all| all.slowness = all.slowness.max(slowness));
-        // UARTE0: off, BAUDRATE, on, STARTRX.
-        for (offset, value) in [(0x500, 0), (0x524, register), (0x500, 8), (0, 1)] {
-            let uarte = 0x4000_2000;
-            firmware.board.set_register(uarte + offset, value).unwrap();
+        // The firmware writes this register before it switches the UARTE on.
+        let usual = firmware.board.register(BAUDRATE).unwrap();
+        while firmware.board.register(BAUDRATE) == Ok(usual) {
+            firmware.run_for(1);
         }
+        firmware.board.set_register(BAUDRATE, register).unwrap();
         firmware.board.line(|line| line.set_millibaud(baud * 1_000));
+        firmware.run_for(3 * MILLISECOND);
         firmware
     }
 

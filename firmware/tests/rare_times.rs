@@ -45,7 +45,8 @@ fn starts_before_the_wrap(microseconds: u32) -> Firmware {
     firmware
 }
 
-/// LED2 stays dark when the clock comes again to the time of the last error. The outputs stay parked, and start as always.
+/// LED2 stays dark when the clock reaches the time of the last error again. The outputs stay parked, and start as
+/// always.
 #[test]
 fn hours_of_silence_change_nothing() {
     let mut recorded = Recorded::of(Firmware::booted("default"));

@@ -5,7 +5,7 @@ use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The lecture's examples. The receiver delivers the frame that the second one contains, and the lecture's machine loses it.
+/// The lecture's examples. The second one contains a frame that the receiver delivers and the lecture's machine loses.
 const FIRST: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
 const SECOND: [u8; 12] = [
     0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,
@@ -64,7 +64,8 @@ fn each_image_commits_the_setpoints_of_its_reference() {
     assert!(reference::<Lecture>(&SECOND).is_empty());
 }
 
-/// For each bit of a frame of BIN-CRC8, the stream has a frame with this bit inverted, and then an intact frame.
+/// Returns a stream with two frames for each bit of a frame of BIN-CRC8: a frame with this bit inverted, and an intact
+/// frame.
 fn checksums() -> Vec<u8> {
     let sealed = |[pitch, roll, yaw]: [u8; 3]| {
         let frame = |crc| [b'A', b'B', 0, pitch, roll, yaw, crc, b'\r'];

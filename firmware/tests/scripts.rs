@@ -14,7 +14,7 @@ fn outputs() {
 
 #[test]
 fn line_errors() {
-    each_script_passes(include_str!("line_errors.txt"), 15);
+    each_script_passes(include_str!("line_errors.txt"), 19);
 }
 
 #[test]
@@ -173,9 +173,11 @@ impl Script {
             "assume" => firmware.assume(|all| *all = Assumptions::named(words[0]).expect(what)),
             "change" => firmware.assume(|all| match words[0] {
                 "lost_end" => all.lost_end = value(1),
-                "lost_timeout" => all.lost_timeout = value(1),
+                "stop_is_ignored" => all.stop_is_ignored = value(1) == 1,
+                "bits_to_timeout" => all.bits_to_timeout = value(1).into(),
+                "end_lag" => all.end_lag = value(1).into(),
                 "causeless_timeout" => all.causeless_timeout = value(1) == 1,
-                "doubled_end" => (all.doubled_end, all.double_lag) = (u32::MAX, value(1).into()),
+                "doubled_end" => all.doubled_end = Some(value(1).into()),
                 "slowness" => all.slowness = all.slowness.max(value(1)),
                 _ => panic!("{what}"),
             }),
@@ -270,7 +272,7 @@ impl Script {
     }
 }
 
-/// Asserts for how many of these milliseconds LED3 is lit, at least and at most, and how often it goes on.
+/// Asserts the least and the greatest number of milliseconds for which LED3 is lit, and how often it goes on.
 fn assert_led3(firmware: &mut Firmware, milliseconds: u32, words: &[&str], what: &str) {
     let (lit, flashes) = led3(firmware, milliseconds.into());
     let [least, most, expected] = [0, 1, 2].map(|place| u64::from(number(words[place])));

@@ -1,4 +1,4 @@
-//! What a sender puts on the line, as text.
+//! The symbols that a sender puts on the line, as text.
 
 use nrf52840_emulator::LineSymbol;
 

@@ -199,7 +199,7 @@ impl Layout<'_> {
                     return Err(DiscardReason::TooLong);
                 }
                 let counted = u64::from(number).wrapping_mul(field.factor.into());
-                // The sum of these numbers is less than 2 to the power of 64, so it fails only if it is negative.
+                // The sum is less than 2 to the power of 64, so the addition fails only if the sum is negative.
                 let length = counted.checked_add_signed(field.plus.into());
                 let length = length.ok_or(DiscardReason::BadHeader)?;
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
@@ -269,7 +269,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the length of the frame that ends with the first terminator and the bytes behind it. The first `seen`
+    /// Returns the length of the frame that ends with the first terminator and the bytes after it. The first `seen`
     /// bytes have been classified as incomplete, so they do not contain this whole frame.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {

@@ -293,7 +293,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    // It is called once for a frame, and only by few layouts.
+    // Only few layouts call this function, once for each frame.
     #[cold]
     fn length_with_own_terminator(&self, frame: &[u8]) -> usize {
         // Take the longest terminator that fits, because a shorter terminator may be the end of a longer terminator.

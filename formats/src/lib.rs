@@ -102,7 +102,7 @@
 //! [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
 //! check a format that you write by hand.
 //!
-//! The repository's `docs/costs.md` compares the cost per byte of these formats and of other crates, for clean streams
+//! The repository's `docs/rivals.md` compares the cost per byte of these formats and of other crates, for clean streams
 //! and for the most expensive known streams.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -26,7 +26,7 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 /// each frame, and nothing else ends a frame. So report each pause to the receiver as
 /// [`LineEvent::Idle`](framelock::LineEvent::Idle).
 ///
-/// At a pause, the receiver delivers the longest suffix of the bytes since the last line event that is a frame. If the
+/// At a pause, the receiver delivers the longest frame that ends there and begins after the last line event. If the
 /// pause between two frames is missed, the second frame is delivered. If a frame contains a pause, this frame is lost.
 ///
 /// The message contains the bytes before the CRC: the address, the function code and the data. The CRC detects every

@@ -47,7 +47,10 @@ impl Layout<'_> {
         if length == frame.len() {
             self.terminator.write(frame, self.terminator_at(length));
         }
-        if let (Some(checksum), Ok(header)) = (&self.checksum, self.parse(frame)) {
+        let Some(checksum) = &self.checksum else {
+            return;
+        };
+        if let Ok(header) = self.parse(frame) {
             checksum.write(frame, length, header.extra);
         }
     }

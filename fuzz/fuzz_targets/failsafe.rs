@@ -1,8 +1,8 @@
 //! See `framelock_oracles::failsafe`.
 #![no_main]
 
-use framelock_oracles::{Schedule, failsafe};
+use framelock_oracles::{Occurred, Schedule, failsafe};
 
 libfuzzer_sys::fuzz_target!(|input: Schedule| {
-    let _ = failsafe(&input);
+    failsafe(&input, &mut Occurred::default());
 });

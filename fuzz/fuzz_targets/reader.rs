@@ -1,8 +1,8 @@
 //! See `framelock_oracles::reader`.
 #![no_main]
 
-use framelock_oracles::{Stream, reader};
+use framelock_oracles::{Occurred, Stream, reader};
 
 libfuzzer_sys::fuzz_target!(|input: Stream| {
-    reader(&input);
+    reader(&input, &mut Occurred::default());
 });

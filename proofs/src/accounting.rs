@@ -368,9 +368,9 @@ fn each_loss_ends_once() {
     kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
 }
 
-/// A format that gives arbitrary answers about two bytes and about the second byte alone. About the first byte alone it
-/// answers that it needs both bytes. If the longest frame has one byte, it gives arbitrary answers about either byte.
-/// The answers need not keep the laws.
+/// A format that gives arbitrary answers about two bytes and about the second byte alone. If only the first byte has
+/// come, the format needs the second byte, too. If the longest frame has one byte, the format gives arbitrary
+/// answers about either byte. The answers need not keep the laws.
 #[derive(Clone, Copy)]
 struct Anything<const LONGEST: usize>([u8; 2]);
 

@@ -152,6 +152,7 @@ own_proof() {
     sed "s|\.\./\.\.|$PWD|" proofs/template/Cargo.toml > "$1/Cargo.toml"
     echo "$1: change src/lib.rs to your frame, and run in this folder: cargo kani"
     echo "or without Kani: cargo run --manifest-path $PWD/Cargo.toml -p framelock-offline-prover -- --package own-frame"
+    echo "Add --harness NAME to either command to check one theorem."
 }
 
 # Makes the archives for C and for Arduino, which contain the same headers.

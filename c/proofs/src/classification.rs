@@ -3,65 +3,68 @@
 //! of a frame, and the number of bytes that the next decision needs. If silence ends the frames, they also compare the
 //! classifications before a line event.
 
+use core::ops::RangeInclusive;
+
 use framelock::{Classification, DiscardReason, Format};
+use framelock_formats::AnyOf;
 use framelock_formats::crsf::Crsf;
+use framelock_formats::gnss::Gnss;
 use framelock_formats::ibus::Ibus;
-use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};
-use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1};
+use framelock_formats::layout::{Checksum, KnownMessage, Layout, Length, LengthField, Patterns};
+use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1, Mavlink2, layout_v1, layout_v2};
 use framelock_formats::modbus::ModbusRtu;
 use framelock_formats::nmea::Nmea;
 use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
 use framelock_formats::ubx::Ubx;
 
-/// The layout of `ibus-any.toml`.
-#[derive(Clone, Copy)]
-struct IbusAny;
+/// The checksum rule that iBUS frames of every length share.
+const IBUS_CHECKSUM: Option<Checksum> = Some(Checksum {
+    xor_out: 0xFFFF,
+    ..Checksum::at_the_end(2)
+});
 
-/// The layout of `ibus-telemetry.toml`.
-#[derive(Clone, Copy)]
-struct IbusTelemetry;
+/// Defines the format of a layout that only a description has.
+macro_rules! format_of {
+    ($(#[$about:meta])* $name:ident, $layout:expr) => {
+        $(#[$about])*
+        #[derive(Clone, Copy)]
+        struct $name;
 
-/// Returns the checksum rule that iBUS frames of every length share.
-const fn ibus_checksum() -> Checksum<'static> {
-    Checksum {
-        xor_out: 0xFFFF,
-        ..Checksum::at_the_end(2)
+        impl Format for $name {
+            framelock_formats::classify_by!($layout.checked());
+            type Message<'a> = ();
+
+            fn decode(&self, _: &[u8]) {}
+        }
+    };
+}
+format_of! {
+    /// The layout of `ibus-any.toml`.
+    IbusAny,
+    Layout {
+        sync: Patterns::one(&[0x20]),
+        longest: 32,
+        checksum: IBUS_CHECKSUM,
+        ..Layout::NONE
+    }
+}
+format_of! {
+    /// The layout of `ibus-telemetry.toml`.
+    IbusTelemetry,
+    Layout {
+        sync: Patterns::any_byte_of(&[4, 6, 8]),
+        length: Length::Field(LengthField::byte(0)),
+        longest: 8,
+        checksum: IBUS_CHECKSUM,
+        ..Layout::NONE
     }
 }
 
-impl Format for IbusAny {
-    framelock_formats::classify_by!(
-        Layout {
-            sync: Patterns::one(&[0x20]),
-            longest: 32,
-            checksum: Some(ibus_checksum()),
-            ..Layout::NONE
-        }
-        .checked()
-    );
-    type Message<'a> = ();
-
-    fn decode(&self, _: &[u8]) {}
-}
-
-impl Format for IbusTelemetry {
-    framelock_formats::classify_by!(
-        Layout {
-            sync: Patterns::any_byte_of(&[4, 6, 8]),
-            length: Length::Field(LengthField::byte(0)),
-            longest: 8,
-            checksum: Some(ibus_checksum()),
-            ..Layout::NONE
-        }
-        .checked()
-    );
-    type Message<'a> = ();
-
-    fn decode(&self, _: &[u8]) {}
-}
-
 use crate::windows::LINE_EVENTS;
+
+/// Every first byte.
+const ANY: RangeInclusive<u8> = 0..=u8::MAX;
 
 unsafe extern "C" {
     safe fn c_set(place: u8, byte: u8);
@@ -69,15 +72,22 @@ unsafe extern "C" {
     safe fn c_classify_before(count: u8, event: u8) -> u8;
     safe fn c_number() -> u16;
     safe fn c_begins(byte: u8) -> u8;
+    safe fn c_know(place: u8, number: u32, extra: u8);
 }
 
-/// Checks the classification of up to `MOST` bytes. If frames have a delimiter, assumes that the
-/// first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on
-/// `seen`.
+/// Checks the classification of up to `MOST` bytes, the first of which is in a range. If frames have a delimiter, assumes
+/// that the first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT: bool>(
     format: &F,
+    first: RangeInclusive<u8>,
 ) {
-    let bytes: [u8; MOST] = kani::any();
+    let mut bytes: [u8; MOST] = kani::any();
+    // If there is only one first byte, it is a constant. This saves the solver work.
+    bytes[0] = if first.start() == first.end() {
+        *first.start()
+    } else {
+        kani::any_where(|byte| first.contains(byte))
+    };
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
     let seen: u8 = kani::any_where(|&seen| seen < count);
     let is_incomplete =
@@ -127,40 +137,105 @@ fn in_c(classification: Classification) -> (u8, usize) {
     (reason, 0)
 }
 
-/// Defines the harness of a format, in a module with the name of its C file.
+/// Defines the harnesses of formats, in a module with the name of the C file. Each entry states the format, the range of
+/// the first byte, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and whether
+/// silence ends them.
 macro_rules! for_formats {
-    ($($name:ident $format:expr, $most:literal $bound:literal $has_delimiter:literal;)*) => {
+    ($($file:ident { $($name:ident $format:expr, $first:expr, $most:literal $bound:literal $has_delimiter:literal $is_silent:literal;)* })*) => {
         $(
-            mod $name {
+            mod $file {
                 use super::*;
 
-                #[kani::proof]
-                #[kani::unwind($bound)]
-                fn classification_is_same() {
-                    same::<_, $most, $has_delimiter, false>(&$format);
-                }
+                $(
+                    #[kani::proof]
+                    #[kani::unwind($bound)]
+                    fn $name() {
+                        same::<_, $most, $has_delimiter, $is_silent>(&$format, $first);
+                    }
+                )*
             }
         )*
     };
 }
 for_formats! {
-    crsf Crsf, 8 10 false;
-    ubx Ubx::<4096>, 12 14 false;
-    nmea Nmea, 6 9 true;
-    rtcm Rtcm, 8 10 false;
-    sbus Sbus, 25 27 false;
-    ibus Ibus, 32 34 false;
-    mavlink1 Mavlink1(ARDUPILOTMEGA), 9 12 false;
-    ibus_any IbusAny, 32 34 false;
-    ibus_telemetry IbusTelemetry, 8 10 false;
+    crsf { classification_is_same Crsf, ANY, 8 10 false false; }
+    ubx { classification_is_same Ubx::<4096>, ANY, 12 14 false false; }
+    nmea { classification_is_same Nmea, ANY, 6 9 true false; }
+    rtcm { classification_is_same Rtcm, ANY, 8 10 false false; }
+    sbus { classification_is_same Sbus, ANY, 25 27 false false; }
+    ibus { classification_is_same Ibus, ANY, 32 34 false false; }
+    ibus_any { classification_is_same IbusAny, ANY, 32 34 false false; }
+    ibus_telemetry { classification_is_same IbusTelemetry, ANY, 8 10 false false; }
+    modbus_rtu { classification_is_same ModbusRtu, ANY, 8 10 false true; }
+    gnss {
+        ubx_is_same Ubx::<4096>, 0xB5..=0xB5, 10 12 false false;
+        rtcm_is_same Rtcm, 0xD3..=0xD3, 8 10 false false;
+    }
+    mavlink1 { classification_is_same Mavlink1(any_messages(&mut [NONE; 4])), 0xFE..=0xFE, 9 12 false false; }
+    mavlink2 { classification_is_same Mavlink2(any_messages(&mut [NONE; 4])), 0xFD..=0xFD, 12 14 false false; }
+    mavlink {
+        mavlink1_is_same Mavlink1(any_messages(&mut [NONE; 4])), 0xFE..=0xFE, 9 12 false false;
+        mavlink2_is_same Mavlink2(any_messages(&mut [NONE; 4])), 0xFD..=0xFD, 12 14 false false;
+    }
 }
 
-mod modbus_rtu {
-    use super::{ModbusRtu, same};
+/// Checks the classification of the first byte, for the headers whose other harnesses begin with a constant byte.
+mod first_byte {
+    use super::{Format, c_begins, c_classify, c_number, c_set, in_c};
 
-    #[kani::proof]
-    #[kani::unwind(10)]
-    fn classification_is_same() {
-        same::<_, 8, false, true>(&ModbusRtu);
+    fn is_same<F: Format>(format: &F) {
+        let byte = kani::any();
+        c_set(0, byte);
+        let (outcome, number) = in_c(format.classify(&[byte]));
+        assert!(c_classify(1, 0) == outcome);
+        assert!(outcome < 8 || usize::from(c_number()) == number);
+        assert!(format.starts(byte) == (c_begins(byte) != 0));
+        kani::cover!(outcome == 9, "a byte that begins a frame");
     }
+
+    macro_rules! for_formats {
+        ($($file:ident $format:expr;)*) => {
+            $(
+                mod $file {
+                    use super::super::*;
+
+                    #[kani::proof]
+                    #[kani::unwind(4)]
+                    fn is_same() {
+                        super::is_same(&$format);
+                    }
+                }
+            )*
+        };
+    }
+    for_formats! {
+        gnss Gnss::<4096>;
+        mavlink AnyOf(const { &[layout_v2(ARDUPILOTMEGA), layout_v1(ARDUPILOTMEGA)] });
+        mavlink1 Mavlink1(ARDUPILOTMEGA);
+        mavlink2 Mavlink2(ARDUPILOTMEGA);
+    }
+}
+
+const NONE: KnownMessage = KnownMessage::new(0);
+
+/// Returns any table of up to four messages, which the C receiver knows too.
+fn any_messages(known: &mut [KnownMessage; 4]) -> &[KnownMessage] {
+    let count: usize = kani::any_where(|count| *count <= 4);
+    for (place, message) in (0..).zip(known.iter_mut()) {
+        let (number, extra): ([u8; 3], u8) = kani::any();
+        let [low, middle, high] = number;
+        *message = KnownMessage {
+            extra: Some(extra),
+            ..KnownMessage::new(u32::from_le_bytes([low, middle, high, 0]))
+        };
+        let in_c = if usize::from(place) < count {
+            message.number
+        } else {
+            u32::MAX
+        };
+        c_know(place, in_c, extra);
+    }
+    let known = &known[..count];
+    kani::assume(known.is_sorted_by(|one, other| one.number < other.number));
+    known
 }

@@ -112,8 +112,8 @@ fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
 
-/// Returns whether these bytes are the places from `from` on. Examines only one byte, at an arbitrary index. So use the
-/// result in assertions, not in assumptions.
+/// Returns whether these bytes stand for consecutive places, the first of which is `from`. Examines only one byte, at
+/// an arbitrary index. So use the result in assertions, not in assumptions.
 fn are_places(bytes: &[u8], from: usize) -> bool {
     let at = usize::from(kani::any::<u8>());
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))
@@ -264,8 +264,9 @@ fn any_receiver<const L: usize, const N: usize>(
     receiver
 }
 
-/// Returns whether the invariant holds: `pending` places are pending, from `start` on. Until the buffer is filled up to
-/// `ask_at`, the classification at `start` is undecided. Use this function in assertions, not in assumptions.
+/// Returns whether the invariant holds: the pending bytes are the `pending` places from `start` on. Until the buffer is
+/// filled up to `ask_at`, the classification at `start` is undecided. Use this function in assertions, not in
+/// assumptions.
 fn fits<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,

@@ -115,10 +115,10 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart: hold
-    /// after 0.1 s and ramp after 0.5 s of silence, three frames to start, an approach of at least a second, and the
-    /// whole travel in 1 s in an approach and in 0.2 s when live. If polls are more than 25 ms apart, choose a longer
-    /// `live_travel`.
+    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart. The
+    /// failsafe holds after 0.1 s of silence, and ramps after 0.5 s. Three frames start an approach, which takes at
+    /// least a second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more than 25 ms
+    /// apart, choose a longer `live_travel`.
     #[must_use]
     pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
         Self {
@@ -204,7 +204,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     }
 }
 
-/// The speed of an axis, as the longest ways that the axis moves.
+/// The speed of an axis: the longest way that the axis moves in a tick, and in a poll.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Speed {
     per_tick: u32,
@@ -330,11 +330,11 @@ pub struct Output<D, const AXES: usize> {
 /// Call [`frame`](Self::frame) for each frame. Call [`poll`](Self::poll) at regular times, and set the actuators to its
 /// output. Only `poll` moves the output.
 ///
-/// Whatever bytes come, whatever the clock does, and whenever `poll` is called, two consecutive outputs of an axis
-/// differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, in every phase, and by no more than
-/// the axis moves in the time that has passed. No parameters allow more than a quarter of the travel. If time stands
-/// still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and a row of frames starts a
-/// slow approach. An approach lasts at least `approach_for`. It ends within
+/// Two consecutive outputs of an axis differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and
+/// by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes come, whatever
+/// the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a quarter of the
+/// travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and
+/// several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends within
 /// [`live_after`](FailsafeParameters::live_after), however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
@@ -478,7 +478,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     ///
     /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
     /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
-    /// number does not change, no frames arrive, or too few for a row. [`Pace`](super::Pace) makes this decision.
+    /// number does not change, no frames arrive, or too few in a row. [`Pace`](super::Pace) makes this decision.
     #[must_use]
     pub fn slow_frames(&self) -> u32 {
         self.slow_frames
@@ -523,7 +523,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         elapsed
     }
 
-    /// Moves each axis at most by the first way, or by the second one if the axis is live. Returns the output.
+    /// Moves each axis by at most the first of the `ways`, or by at most the second if the axis is live. Returns the
+    /// output.
     fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
         let FailsafeParameters {
             park,
@@ -564,8 +565,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 }
 
 impl Axis {
-    /// Moves the axis towards the target, at most by the first way, or by the second one if it is live. If it may go
-    /// live, it does so when it meets its target, or when the target has passed it.
+    /// Moves the axis towards the target by at most `slow`, or by at most `fast` if the axis is live. If `may_go_live`,
+    /// the axis goes live when it meets its target, or when the target has passed it.
     fn step(&mut self, target: u32, [slow, fast]: [u32; 2], may_go_live: bool) {
         if target == self.position {
             // The code below does the same, but takes longer. A parked axis always returns here.

@@ -55,8 +55,8 @@ const WRONG: [u8; 3] = *b"AB\0";
 /// The number of repeated frames in a stream.
 const REPEATED: usize = 1_000;
 
-/// Tests that a handler, which has received nothing yet, is wrong until the first pause, and then right. `receive`
-/// gives bytes and line events to the handler, and returns the setpoints.
+/// Tests that a new handler returns wrong setpoints until the first pause, and then the right ones. `receive` gives
+/// bytes and line events to the handler, and returns the setpoints.
 fn is_right_after_one_pause(mut receive: impl FnMut(Result<&[u8], LineEvent>) -> Vec<Setpoint>) {
     let stream = AMBIGUOUS.repeat(REPEATED);
     // The receiver cannot know better, so these frames show that the pause is needed.

@@ -120,7 +120,7 @@ fn long_packets_make_the_round_trip() {
     }
 }
 
-/// The counters of a line in a stream of packets with closing delimiters only, and pauses.
+/// Checks the counters of a line whose packets have only a closing delimiter, with pauses between them.
 #[test]
 fn a_pause_between_packets_costs_nothing() {
     let mut line = Line::new(PacketReceiver::<_, [u8; LONGEST]>::new(Any(

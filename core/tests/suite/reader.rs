@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::future::poll_fn;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
@@ -13,7 +12,6 @@ use crate::buffered::Short;
 use crate::packets::Any;
 
 /// The answer of a UART to a call.
-#[derive(Clone)]
 enum Answer {
     Bytes(Vec<u8>),
     Error(ErrorKind),
@@ -21,16 +19,14 @@ enum Answer {
     Silence,
 }
 
-/// A UART that gives these answers, and then nothing more. If it `is_slow`, it is pending once before each answer.
+/// A UART that gives these answers, and then nothing more.
 struct Uart {
     answers: VecDeque<Answer>,
-    is_slow: bool,
 }
 
 fn uart<const N: usize>(answers: [Answer; N]) -> Uart {
     let answers = answers.into();
-    let is_slow = false;
-    Uart { answers, is_slow }
+    Uart { answers }
 }
 
 impl ErrorType for Uart {
@@ -52,15 +48,6 @@ impl embedded_io::Read for Uart {
 
 impl embedded_io_async::Read for Uart {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-        let mut is_pending = self.is_slow;
-        poll_fn(|_| {
-            if std::mem::take(&mut is_pending) {
-                Poll::Pending
-            } else {
-                Poll::Ready(())
-            }
-        })
-        .await;
         if matches!(self.answers.front(), Some(Answer::Silence)) {
             self.answers.pop_front();
             std::future::pending::<()>().await;
@@ -86,7 +73,7 @@ fn pieces() -> Uart {
     ])
 }
 
-/// Polls the future once, which is enough unless the UART is slow.
+/// Polls the future once, which is enough for this UART.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,
@@ -139,76 +126,6 @@ fn frames_of_any_length_are_read() {
     assert_eq!((counters.frames, counters.discarded.total()), (4, 5 + 2));
 }
 
-/// Reads to the end of the source. Drops the future at the pending reads whose numbers `is_dropped` selects, and calls
-/// the reader again. Returns the setpoints.
-fn read_with_dropped_futures(
-    reader: &mut Reader<Uart, Receiver<Bin>, 16>,
-    is_dropped: impl Fn(usize) -> bool,
-) -> Vec<Setpoint> {
-    let (mut setpoints, mut number) = (Vec::new(), 0);
-    loop {
-        let mut future = std::pin::pin!(reader.next_message_async());
-        let answer = loop {
-            match future
-                .as_mut()
-                .poll(&mut Context::from_waker(Waker::noop()))
-            {
-                Poll::Ready(answer) => break answer,
-                Poll::Pending => {
-                    number += 1;
-                    if is_dropped(number) {
-                        break Err(ErrorKind::Interrupted);
-                    }
-                }
-            }
-        };
-        match answer {
-            Ok(Some(setpoint)) => setpoints.push(setpoint),
-            Ok(None) => return setpoints,
-            Err(_) => {}
-        }
-    }
-}
-
-/// Whenever a future is dropped while the source is pending, no byte is lost, and no byte is parsed twice. The slices
-/// contain several frames, whole and cut.
-#[test]
-fn a_dropped_future_loses_and_doubles_nothing() {
-    let sent: Vec<Setpoint> = (0..9).map(|pitch| Setpoint { pitch, ..SETPOINT }).collect();
-    let frames: Vec<u8> = sent.iter().flat_map(|&one| Bin::encode(one)).collect();
-    let stream = [b"noise", frames.as_slice(), b"A"].concat();
-    for size in 1..=16 {
-        let pieces = stream.chunks(size);
-        let answers = pieces.map(|piece| Answer::Bytes(piece.to_vec()));
-        let answers: VecDeque<Answer> = answers.collect();
-        // The last read returns 0.
-        let reads = answers.len() + 1;
-        let check = |is_dropped: &dyn Fn(usize) -> bool| {
-            let uart = Uart {
-                answers: answers.clone(),
-                is_slow: true,
-            };
-            let mut reader = Reader::new(uart, Receiver::<Bin>::new());
-            let setpoints = read_with_dropped_futures(&mut reader, is_dropped);
-            assert_eq!(setpoints, sent, "slices of {size} bytes");
-            let counters = reader.line().counters();
-            assert_eq!(
-                counters.bytes as usize,
-                stream.len(),
-                "slices of {size} bytes"
-            );
-            assert_eq!(counters.discarded.total(), 5);
-            assert_eq!(reader.line().pending(), 1);
-        };
-        check(&|_| false);
-        for dropped in 1..=reads {
-            check(&|number| number == dropped);
-        }
-        // The first future of each read is dropped.
-        check(&|number| number % 2 == 1);
-    }
-}
-
 /// A faulty driver returns a number that is greater than the buffer's size. The reader parses the whole buffer, and
 /// continues.
 #[test]
@@ -231,7 +148,7 @@ fn a_driver_that_returns_too_great_a_number_does_no_harm() {
     }
 }
 
-/// Behind a false start, two whole frames are pending. Only the pause shows that they are frames.
+/// After a false start, two whole frames are pending. Only the pause shows that they are frames.
 #[test]
 fn a_pause_delivers_the_whole_frames_one_in_each_call() {
     let uart = uart([

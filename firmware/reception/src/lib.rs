@@ -7,7 +7,10 @@
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte *waits* if
 //! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX to the round that reads the
-//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round.
+//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round. For a silence of S,
+//! choose `GAP` as S and the duration of a byte. Then a round that is not late reports every silence longer than S, and
+//! none that is shorter. A late round makes a silence look longer by its delay, so it may report a gap on a line without
+//! pauses. Such a gap costs the frame that it ends, and is counted.
 //!
 //! ```text
 //!            ┌───────────┐    line error: report it    ┌──────────┐
@@ -45,6 +48,10 @@
 
 #[cfg(kani)]
 extern crate kani;
+// Kani prints the texts of assertions only for the macros of `std`.
+#[cfg(kani)]
+#[macro_use]
+extern crate std;
 #[cfg(kani)]
 mod verification;
 
@@ -125,7 +132,7 @@ struct SinceByte {
 /// The state of the reception.
 ///
 /// If a byte waits in the FIFO when a transfer is opened, the UARTE stores it within `NONE_WAITS` (assumption A1).
-/// `GAP` is the silence after which no frame may continue (L1).
+/// `GAP` is the time after STARTRX after which no frame may continue (L1): a silence and the byte that ends it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,

@@ -5,13 +5,13 @@
 //! * S1. Bytes are handed on in order and once each. No byte that the chip reports as corrupted is handed on. There is
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
 //!   with a good stop bit. The chip does not report this false byte. After a restart, the reception has reported an
-//!   event before it. After [`begin`](crate::Reception::begin) it has reported nothing, but no earlier byte was handed
-//!   on.
+//!   event before the false byte. After [`begin`](crate::Reception::begin) it has reported nothing, but no earlier byte
+//!   was handed on.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. A gap is measured from
-//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round.
-//!   An ENDRX that has not come counts as lost once its byte has lain in memory from one tick to the next, or once the
-//!   FIFO has overrun.
+//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round. If
+//!   rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come counts as
+//!   lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
 //!   or drops it. If the round drops the byte, an event has been reported since the last byte was handed on, by this
 //!   round or an earlier one. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or
@@ -48,8 +48,9 @@
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
 //!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
 //!   another value may be late by any amount of time, or lost. A byte that begins to wait later may be stored at any
-//!   later time. A corrupted byte that is stored, as with a parity error, does not begin to wait later: it waits when
-//!   the drain begins that its error causes. The model assumes this, because bytes and their errors arrive together.
+//!   later time. The exception is a corrupted byte that is stored, as with a parity error. This byte is stored before
+//!   the timer of the drain that its error begins reaches `NONE_WAITS`. In the model, a byte and its error arrive
+//!   together.
 //! * A2. The FIFO continues to receive while no transfer is open.
 //! * A3. When a byte that was received after an error is stored, ERRORSRC already shows the error. If the corrupted
 //!   byte itself is stored, as with a parity error, ERRORSRC also shows the error by then.

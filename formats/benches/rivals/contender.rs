@@ -32,8 +32,8 @@ pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 /// number of bytes.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
-    /// The programs of `on-chip` with this receiver: the end of the feature that selects the program, after the
-    /// protocol's name, and the program's name in the tables. Empty if the receiver does not run on the chip.
+    /// The programs of `on-chip` with this receiver. Each has the end of the feature that selects it, which follows the
+    /// protocol's name in the feature, and a name for the tables. Empty if the receiver does not run on the chip.
     pub(crate) on_chip: Vec<(String, &'static str)>,
     /// Returns the frames that the contender finds in a stream.
     pub(crate) deliver: Box<dyn Fn(&[u8], usize) -> Vec<Delivered>>,

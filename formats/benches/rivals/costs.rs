@@ -13,8 +13,8 @@ use crate::streams::{SEED, Stream};
 
 /// The number of bytes in a stream of noise and in a hostile stream.
 const BYTES: usize = 6_000;
-/// How many bytes at the beginning of a hostile stream are not counted. The very first bytes of a stream cost little,
-/// because a receiver decides nothing until the first false frame ends.
+/// The number of bytes at the beginning of a hostile stream that are not counted. The very first bytes of a stream cost
+/// little, because a receiver decides nothing until the first false frame ends.
 const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;

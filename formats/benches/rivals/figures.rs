@@ -1,5 +1,5 @@
-//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md` or `docs/costs.md`: the
-//! table's name, then the cells. A test of xtask compares the tables in the pages with the file.
+//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md`: the table's name, then the
+//! cells. A test of xtask compares the tables in the page with the file.
 
 use std::error::Error;
 use std::fs;
@@ -22,7 +22,7 @@ pub(crate) fn read() -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(rows.map(Iterator::collect).collect())
 }
 
-/// Replaces each table of which there is a new row.
+/// Replaces each table that has a new row.
 pub(crate) fn write(new: Vec<Row>) -> Result<(), Box<dyn Error>> {
     let mut rows = read()?;
     rows.retain(|old| new.iter().all(|row| row[0] != old[0]));

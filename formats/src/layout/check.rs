@@ -39,7 +39,7 @@ pub enum Part {
     Checksum,
     /// The terminator.
     Terminator,
-    /// The bytes behind the terminator.
+    /// The bytes after the terminator that belong to the frame.
     Behind,
     /// The content.
     Content,

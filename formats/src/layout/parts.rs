@@ -59,8 +59,8 @@ pub enum Length {
     /// terminator.
     Delimiter,
     /// The frame ends where the line falls silent: at a pause or a break. A framing, parity or overrun error never
-    /// completes a frame. So report each pause to the receiver. It then delivers the longest suffix of the bytes since
-    /// the last line event that is a frame, and nothing else.
+    /// completes a frame. So report each pause to the receiver. It then delivers only the longest frame that ends there
+    /// and begins after the last line event.
     Silence,
 }
 

@@ -109,7 +109,7 @@ fn any_of_three_before_an_event() {
     let count = any_up_to(MOST);
     kani::assume(count >= 1);
     let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
-    // The layouts whose frames end with silence, and what they say about the bytes if the event is a pause.
+    // The layouts whose frames end with silence, and their classifications of the bytes if the event is a pause.
     let silent: [Option<Classification>; 3] = core::array::from_fn(|_| {
         kani::any::<bool>().then(|| match any_verdict() {
             Classification::Frame(_) => Classification::Frame(count),

@@ -125,8 +125,9 @@ fn what_a_header_says() {
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
-/// Returns true if the shortest frame has room for its header, its terminator and the bytes behind it. [`what_a_header_says`] proves that
-/// this holds for layouts with valid bounds, unless a frame may consist of only the delimiter.
+/// Returns true if the shortest frame has room for its header, its terminator and the bytes after it.
+/// [`what_a_header_says`] proves that this holds for layouts with valid bounds, unless a frame may consist of only the
+/// delimiter.
 fn has_header_and_terminator(layout: &Layout) -> bool {
     let end = layout.terminator.length.saturating_add(layout.behind);
     layout.header().saturating_add(end) <= layout.shortest
@@ -236,52 +237,75 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// Defines harnesses for layouts with delimiters: two alternative syncs of `SYNC` bytes each, two alternative
-/// terminators of `END` bytes each, and at most one entry in `other_terminators`, of `OTHER` bytes. The content is one
-/// range of bytes, or any bytes. The position of the message's number determines where the header ends.
+/// Calls `keeps` with a layout that is arbitrary within these bounds: two alternative syncs of `SYNC` bytes each, two
+/// alternative terminators of `END` bytes each, and one entry in `other_terminators`, of `OTHER` bytes. If `OTHER` is 0,
+/// the layout has no other terminator, but perhaps a byte behind its terminator. The content is `RANGES` ranges of bytes;
+/// without a range, the content is any bytes. The position of the message's number determines where the header ends.
+fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, const RANGES: usize>(
+    keeps: impl Fn(&Layout),
+) {
+    let (syncs, ends) = kani::any::<([[u8; SYNC]; 2], [[u8; END]; 2])>();
+    let (content, other) = kani::any::<([(u8, u8); RANGES], [u8; OTHER])>();
+    let layout = Layout {
+        sync: patterns(&syncs),
+        length: Length::Delimiter,
+        shortest: kani::any(),
+        longest: kani::any(),
+        messages: Some(Messages {
+            number: Number {
+                bytes: kani::any(),
+                ..Number::byte(0)
+            },
+            known: &[],
+        }),
+        terminator: patterns(&ends),
+        behind: if OTHER == 0 { any_up_to(1) } else { 0 },
+        content: &content,
+        other_terminators: [Patterns::NONE, Patterns::one(&other)],
+        ..Layout::NONE
+    };
+    // `check` rejects all other layouts as contradictions.
+    let ends_before = |end: &[u8; END]| other.starts_with(end) || end.starts_with(&other);
+    kani::assume(OTHER == 0 || !ends.iter().any(ends_before));
+    kani::assume(has_header_and_terminator(&layout));
+    kani::cover!(OTHER > 0 || layout.behind == 1, "with another end");
+    keeps(&layout);
+}
+
+/// Defines a module of harnesses for layouts with delimiters. The numbers are those of [`with_delimiters`]. `check` rejects
+/// other terminators without a range. The provers need less time for three harnesses than for one with arbitrary numbers of
+/// ranges and terminators.
 macro_rules! delimiters {
-    ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(
-        #[kani::proof]
-        #[kani::unwind(5)]
-        fn $name() {
-            let (syncs, ends) = kani::any::<([[u8; $sync]; 2], [[u8; $end]; 2])>();
-            let (content, other) = kani::any::<([(u8, u8); 1], [u8; $other])>();
-            let has_other = kani::any();
-            let other_length = if has_other { $other } else { 0 };
-            let another = Patterns::any_of(&other[..other_length], other_length);
-            let layout = Layout {
-                sync: patterns(&syncs),
-                length: Length::Delimiter,
-                shortest: kani::any(),
-                longest: kani::any(),
-                messages: Some(Messages {
-                    number: Number {
-                        bytes: kani::any(),
-                        ..Number::byte(0)
-                    },
-                    known: &[],
-                }),
-                terminator: patterns(&ends),
-                behind: any_up_to(1),
-                content: &content[..any_up_to(1)],
-                other_terminators: [Patterns::NONE, another],
-                ..Layout::NONE
-            };
-            // `check` rejects all other layouts as contradictions.
-            let ends_before = |end: &[u8; $end]| other.starts_with(end) || end.starts_with(&other);
-            kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
-            kani::assume(has_header_and_terminator(&layout));
-            kani::assume(layout.behind == 0 || !has_other);
-            kani::cover!(has_other, "another terminator");
-            kani::cover!(layout.behind == 1, "a byte behind the terminator");
-            $keeps::<4>(&layout);
+    ($($module:ident: $keeps:ident $sync:literal $end:literal $other:literal)*) => {$(
+        mod $module {
+            use super::{$keeps, with_delimiters};
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn any_content() {
+                with_delimiters::<$sync, $end, 0, 0>($keeps::<4>);
+            }
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn one_range() {
+                with_delimiters::<$sync, $end, 0, 1>($keeps::<4>);
+            }
+
+            #[kani::proof]
+            #[kani::unwind(5)]
+            fn two_lengths() {
+                with_delimiters::<$sync, $end, $other, 1>($keeps::<4>);
+            }
         }
     )*};
 }
-delimiters!(keeps_the_laws:
-    delimiters_of_one_byte 1 1 2 delimiters_without_a_sync 0 2 1);
-delimiters!(what_was_seen_changes_nothing:
-    seen_without_delimiters_of_one_byte 1 1 2 seen_without_delimiters_of_two_bytes 1 2 1);
+delimiters! {
+    delimiters_of_one_byte: keeps_the_laws 1 1 2
+    delimiters_without_a_sync: keeps_the_laws 0 2 1
+    seen_without_delimiters_of_one_byte: what_was_seen_changes_nothing 1 1 2
+    seen_without_delimiters_of_two_bytes: what_was_seen_changes_nothing 1 2 1
+}
 
 /// Returns the length of the frame at the beginning of the bytes, as the layout finds it by its delimiter. The layout has
 /// two terminators of one byte each.

@@ -1,4 +1,4 @@
-//! Proves what a frame is that silence ends, and what a receiver delivers of such frames.
+//! Proves which bytes are a frame if silence ends the frames, and which of these frames a receiver delivers.
 
 use framelock::any_format::{any_line_event, any_up_to};
 use framelock::{BufferedReceiver, Classification, Format, LineEvent};
@@ -7,8 +7,7 @@ use super::any_layout::patterns;
 use super::laws::any_some_and_more;
 use crate::layout::{Algorithm, CheckedLayout, Checksum, Layout, Length};
 
-/// Returns whether the event ends a frame that silence ends. This is the definition, so it does not call the format's own
-/// function.
+/// Returns whether the event is a silence. This is the definition, so it does not call the format's own function.
 fn is_silence(event: LineEvent) -> bool {
     event == LineEvent::Idle || event == LineEvent::Break
 }
@@ -83,8 +82,8 @@ impl Format for Short {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// At a line event, the receiver delivers the longest suffix of the bytes since the last event that is a frame, and
-/// nothing else. It delivers nothing before the event.
+/// At a line event, the receiver delivers only the longest frame that ends there and begins after the last event. It
+/// delivers nothing before the event.
 #[kani::proof]
 #[kani::unwind(6)]
 fn the_longest_suffix_is_delivered() {

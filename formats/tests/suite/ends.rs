@@ -1,5 +1,5 @@
 //! Tests ways in which frames end, and the checksums that common protocols have: Modbus RTU, whose frames end with
-//! silence, checksums behind the terminator, and sums and XORs with other rules.
+//! silence, checksums after the terminator, and sums and XORs with other rules.
 
 use std::cell::Cell;
 
@@ -63,7 +63,7 @@ fn longest_suffix(bytes: &[u8]) -> Option<&[u8]> {
         .find(is_frame)
 }
 
-/// Frames, some of them with a changed or a lost byte, other bytes, and line events.
+/// Returns frames, some of them with a changed or a lost byte, other bytes, and line events.
 fn line() -> impl Strategy<Value = Vec<Step>> {
     let some = |count| prop::collection::vec(any::<u8>(), count);
     let fault = prop::option::weighted(0.3, (any::<prop::sample::Index>(), any::<u8>()));
@@ -127,7 +127,7 @@ fn the_longest_suffix_before_a_pause_is_delivered() {
     );
 }
 
-/// Of two frames without a pause between them, the last one is delivered. A pause inside a frame costs this frame. An
+/// If two frames have no pause between them, the last one is delivered. A pause inside a frame costs this frame. An
 /// error delivers nothing. The longest frame has 256 bytes.
 #[test]
 fn missed_and_false_pauses_and_the_longest_frame() {
@@ -160,7 +160,8 @@ fn missed_and_false_pauses_and_the_longest_frame() {
     assert!(counters.discarded.checksum_mismatch >= 1, "{counters:?}");
 }
 
-/// A kind whose frames end with silence takes the frames that no other kind explains, in any order of the kinds.
+/// A kind whose frames end with silence receives the frames that all other kinds reject, whatever the order of the
+/// kinds.
 #[test]
 fn silence_beside_other_kinds() {
     let read = Layout {

@@ -1,5 +1,5 @@
 //! Counts the bytes about which one call of a receiver asks its format. The test `limits` and the benchmark that writes
-//! `docs/costs.md` use it.
+//! `docs/rivals.md` use it.
 
 use std::cell::Cell;
 use std::fmt::Write as _;
@@ -56,7 +56,7 @@ impl<F: Format> Format for Counting<'_, F> {
 /// The calls for which the table has a column.
 const CALLS: [&str; 5] = ["push", "poll_step", "line_event_step", "poll", "line_event"];
 
-/// For each of the [`CALLS`], the most bytes about which one call asks the format.
+/// The most bytes about which each of the [`CALLS`] asks the format.
 type Examined = [usize; 5];
 
 /// Returns the bounds that hold for every stream. `longest` is the number of bytes in the longest frame.
@@ -165,7 +165,7 @@ fn rows() -> [Row; 9] {
     ]
 }
 
-/// Writes the table of `docs/costs.md`.
+/// Writes the table of `docs/rivals.md`.
 pub(crate) fn table() -> String {
     let columns = CALLS.map(|call| format!("`{call}`")).join(" | ");
     let rule = " ---: |".repeat(6);

@@ -63,14 +63,14 @@ fn a_frame_inside_one_whose_beginning_is_lost_is_delivered() {
     assert_eq!(kinds(&sent[1..]), [9]);
 }
 
-/// `docs/costs.md` states the most bytes that a stream of false starts makes a receiver examine. No call examines more
+/// `docs/rivals.md` states the most bytes that a stream of false starts makes a receiver examine. No call examines more
 /// bytes than its bound.
 #[test]
 fn a_call_examines_a_bounded_number_of_bytes() {
     let table = examined::table();
-    let page = fs::read_to_string("../docs/costs.md").expect("the page");
+    let page = fs::read_to_string("../docs/rivals.md").expect("the page");
     assert!(
         page.contains(&table),
-        "docs/costs.md has another table than:\n{table}"
+        "docs/rivals.md has another table than:\n{table}"
     );
 }

@@ -40,7 +40,7 @@ fn its_format_keeps_the_laws() {
     keeps_the_laws(&example::Text, &[b"\xAA\x00\x00".to_vec(), longest]);
 }
 
-/// The sum of a text's bytes.
+/// Returns the sum of a text's bytes.
 fn sum(text: &[u8]) -> u8 {
     text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
 }

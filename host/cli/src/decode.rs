@@ -375,7 +375,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
         });
     }
     lock(&decoder).begin()?;
-    // The recording of a live input ends with the time of its end.
+    // The recording of a live input ends with the time at which the input ended.
     let end = (!arrivals.has_times).then(|| Ok(Arrival::default()));
     for arrival in arrivals.chain(end) {
         lock(&decoder).arrive(&arrival?)?;
@@ -386,7 +386,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// Checks that no option that needs the times of the bytes is given for a file.
+    /// Returns an error if an option needs the times of the bytes, but the input is a file without times.
     fn check_times(&self, input: &Arrivals) -> Result<()> {
         let option = match self {
             _ if !input.is_file || input.has_times => return Ok(()),

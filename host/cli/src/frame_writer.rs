@@ -20,8 +20,8 @@ pub(crate) struct Place {
 #[derive(Clone)]
 struct KindRow {
     kind: Kind,
-    /// The groups of columns that are written together: the index of a field, the number of its first value in them, and
-    /// the number of columns. There is no field for columns that this kind lacks.
+    /// The groups of columns that are written together. A group has the index of a field, or `None` if this kind lacks
+    /// the columns, then the number of the field's first value in the group, and the number of columns.
     cells: Vec<(Option<usize>, usize, usize)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
@@ -37,7 +37,7 @@ impl KindRow {
         let columns = columns.iter().filter(|column| column.name != KIND);
         let found = columns.map(|column| places.get(&column.name).copied());
         let found: Vec<Option<(usize, usize)>> = found.collect();
-        // Absent columns follow each other too.
+        // Columns that this kind lacks form groups, too.
         let follows = |one: &Option<(usize, usize)>, next: &Option<(usize, usize)>| {
             one.map(|(index, number)| (index, number + 1)) == *next
         };
@@ -277,7 +277,7 @@ impl FrameWriter {
     }
 }
 
-/// Returns whether a name is among these, or whether there are no names, so that all are wanted.
+/// Returns whether a name is one of these. If there are none, returns true for every name.
 fn is_among(name: &str, names: &[String]) -> bool {
     names.is_empty() || names.iter().any(|one| one.eq_ignore_ascii_case(name))
 }

@@ -208,7 +208,7 @@ mod tests {
         Watch::new(FrameWriter::new(frame, &[]).unwrap(), line)
     }
 
-    /// Receives this number of frames, one after each time of this many milliseconds. Returns the report at the end.
+    /// Receives this number of frames, one every `every` milliseconds. Returns the report at the end.
     fn after(watch: &mut Watch, frames: u64, every: u64, bytes: &[u8]) -> String {
         let start = watch.reported_at;
         for frame in 0..frames {

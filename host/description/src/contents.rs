@@ -174,7 +174,7 @@ impl Field {
     }
 
     /// Returns the bytes of the field that lie in a frame which is too short for the whole field. If the frame ends
-    /// before the field, these are no bytes.
+    /// before the field, returns no bytes.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
@@ -323,7 +323,7 @@ impl Field {
     }
 }
 
-/// Returns `width` bits of a field's value, whose first bit has this index in the field.
+/// Returns `width` bits of a field's value, beginning with the bit at the index `first`.
 #[inline]
 fn bits_of(bytes: &[u8], first: usize, width: usize) -> u64 {
     let shift = first % 8;

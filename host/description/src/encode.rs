@@ -266,8 +266,8 @@ impl Kind {
         Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
     }
 
-    /// Adds the values that a frame of `length` bytes has, but that are not given: numbers that mean that there is no value,
-    /// or the zeros that a sender leaves out. The error says that values are missing.
+    /// If fewer values are given than a frame of `length` bytes has, adds the number that means "no value", or the
+    /// zeros that a sender leaves out. Returns an error if there is neither.
     fn complete(
         &self,
         field: &Field,
@@ -357,7 +357,7 @@ impl Kind {
     }
 }
 
-/// Returns an error that names a value of the field if the value is missing.
+/// If a value of the field is missing, returns an error that names the value.
 fn reject_missing(is_missing: bool, field: &Field, number: usize) -> Result<(), EncodeError> {
     if is_missing {
         return Err(EncodeError::Missing(field.column(number)));

@@ -33,11 +33,11 @@ pub struct Field {
     pub scale: Option<Scale>,
     /// The unit of measurement.
     pub unit: Option<String>,
-    /// The names of numbers, before scaling, in ascending order of the numbers.
+    /// The names of unscaled numbers, in ascending order of the numbers.
     pub names: Vec<(i64, String)>,
-    /// The number, before scaling, that means that there is no value.
+    /// The unscaled number that means that there is no value.
     pub missing: Option<Value<'static>>,
-    /// The byte that fills a text of a fixed number of bytes after the text's end.
+    /// The byte that pads a text to its fixed number of bytes.
     pub padding: Option<u8>,
     /// The place of the value in the frame's text. Then the field's own position is that of the whole text.
     pub text: Option<TextPlace>,
@@ -90,7 +90,7 @@ pub enum Type {
 }
 
 impl Type {
-    /// Returns the notation of values whose entry gives none.
+    /// Returns the notation that values have if their entry gives none.
     pub(crate) fn usual_notation(self) -> Notation {
         match self {
             Self::Number(number) => match number.class {
@@ -133,7 +133,7 @@ impl Field {
         !matches!(self.notation, Notation::Text | Notation::Float)
     }
 
-    /// Returns whether the values have a sign, or are floating-point numbers. Texts and bytes count as unsigned.
+    /// Returns the class of the values: unsigned, signed or floating-point numbers. Texts and bytes count as unsigned.
     #[must_use]
     pub fn class(&self) -> Class {
         match (self.notation, self.kind) {

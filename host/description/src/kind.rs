@@ -22,17 +22,19 @@ pub struct Kind {
     pub(crate) layouts: Layouts,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
-    /// If this is a view: the lengths of the shortest frames that have one of the view's own fields, and all fields.
+    /// If this is a view: the length of the shortest frame that has one of the view's own fields, and of the shortest
+    /// frame that has all of them.
     pub(crate) room: (usize, usize),
     /// How many bytes at the frame's end hold the terminator and all parts whose positions are counted from the end.
     pub from_end: usize,
     /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view that has the frame's bytes and whose fields all fit, or else by the first of which a field fits.
+    /// first view that matches its bytes and whose fields all fit. If there is none, the first view that matches its
+    /// bytes and has a field that fits shows the frame.
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
     /// are no such bytes, the beginning of the frame's text identifies the frames.
     pub sign: (usize, Vec<u8>),
-    /// The patterns of the frame's text. A frame with several patterns has values of each.
+    /// The patterns of the frame's text. If there are several patterns, a frame may have values of each.
     pub texts: Vec<Pattern>,
     /// The index of the first byte of the frame's text. The text ends before the last [`from_end`](Self::from_end) bytes.
     pub text_at: usize,

@@ -97,7 +97,7 @@ const LONGEST_TEXT: usize = 1 << 20;
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 40_000;
 
-/// The limit on the number of files of which each contains the next one.
+/// The limit on the number of files in a chain in which each file contains the next one.
 const MOST_FILES: usize = 3;
 
 /// A parsed description.
@@ -118,7 +118,7 @@ pub struct Column {
     pub name: String,
     /// The name of the array that contains the value.
     pub array: Option<String>,
-    /// Whether the value is text or bytes in hex, in some kind, even if it looks like a number.
+    /// Whether the value is text or bytes in hex in some kind. Such a value may look like a number.
     pub is_text: bool,
 }
 

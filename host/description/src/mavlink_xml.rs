@@ -35,7 +35,7 @@ const NUMBERS: &str = "UINT8_MAX 255, UINT16_MAX 65535, UINT32_MAX 4294967295, U
 const TAKEN: &str =
     " offset length time kind sequence system component message signature compatible_flags ";
 
-/// CRC-16/MCRF4XX, of which CRC_EXTRA is made.
+/// CRC-16/MCRF4XX, from which CRC_EXTRA is computed.
 const CRC: Checksum = Checksum {
     algorithm: Algorithm::Crc(Crc {
         initial: 0xFFFF,
@@ -301,7 +301,7 @@ fn whole(text: &str) -> Option<i64> {
     }
 }
 
-/// Returns the number of bytes in fields.
+/// Returns the number of bytes in these fields.
 fn length(fields: &[Field]) -> usize {
     let bytes = |field: &Field| field.bytes * usize::from(field.count.unwrap_or(1));
     fields.iter().map(bytes).sum()

@@ -79,8 +79,8 @@ impl Notation {
         }
     }
 
-    /// Returns the number of bytes at the beginning of a text that belong to a value even if they look like the literal
-    /// after the value: blanks and the sign of a number, and the comma of degrees.
+    /// Returns the number of bytes at the beginning of a value that are never the literal after it: the blanks and the
+    /// sign of a number, and the comma of degrees.
     pub(crate) fn least(self, text: &[u8]) -> usize {
         match self {
             Self::Text => 0,

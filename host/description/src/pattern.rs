@@ -108,7 +108,7 @@ impl Pattern {
             at += value.end(text.get(at..)?)?.1;
         }
         let rest = text.get(at..)?;
-        // No value follows, if the text ends here.
+        // If the text ends here, no value follows.
         let (end, next) = self.values[number]
             .end(rest)
             .unwrap_or((rest.len(), usize::MAX - at));
@@ -127,8 +127,8 @@ impl Pattern {
 }
 
 impl PatternValue {
-    /// Returns the index of the literal after the value in a text that begins with the value, and the index after that
-    /// literal.
+    /// Returns the index of the literal after the value, and the index after that literal. The text must begin with the
+    /// value.
     #[inline]
     fn end(&self, text: &[u8]) -> Option<(usize, usize)> {
         end(&self.after, text, self.notation.least(text))

@@ -127,7 +127,7 @@ pub enum Mistake {
     /// Two things have the same name.
     #[error("two {things} called {name}")]
     SameName {
-        /// The things, and their verb.
+        /// The things and a verb, such as `values are`.
         things: &'static str,
         /// The name.
         name: String,

@@ -188,7 +188,7 @@ fn decimals(number: &str) -> i64 {
     i64::try_from(fraction).unwrap_or(0) - exponent.parse::<i64>().unwrap_or(0)
 }
 
-/// If the value is text that is a number, returns the number, otherwise the value.
+/// Returns the number if the value is a text with a number, and otherwise the value.
 pub(crate) fn number_or_text(value: &Json) -> Json {
     let Some(text) = value.as_str().map(str::trim) else {
         return value.clone();

@@ -136,7 +136,8 @@ impl Kind {
         let (span, entry) = (entry.span(), entry.get_ref());
         let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
         // If a view has a text, the view's fields are added to the field that takes the rest of the frame. Otherwise the
-        // view's fields replace that field. They always replace the values of the kind's text, and fields with their names.
+        // view's fields replace that field. They always replace the values of the kind's text, and the kind's fields
+        // with the same names.
         let is_common = |read: &&ReadField| {
             let field = &read.field;
             let is_replaced = own.iter().any(|own| own.field.name == field.name);

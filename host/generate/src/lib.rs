@@ -88,7 +88,7 @@ struct KindItem {
     texts: Vec<Value>,
     /// The index of the first byte of the text.
     text_at: usize,
-    /// The number of bytes at the end of a frame that are counted from the end.
+    /// How many bytes at the frame's end hold parts whose positions are counted from the end.
     from_end: usize,
     /// Whether the values may be unreadable.
     may_fail: bool,
@@ -137,7 +137,7 @@ struct Item {
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
-    /// The name of the number of values, if a shorter frame may have fewer of them.
+    /// The name of the member that counts the values, if a shorter frame may have fewer of them.
     values: Option<String>,
     /// Whether the field is a value in the text of the frame.
     in_text: bool,

@@ -65,7 +65,7 @@ fn magnitude(number: u64, width: usize) -> i64 {
     (number & !sign) as i64 * if number & sign == 0 { 1 } else { -1 }
 }
 
-/// Returns the magnitude of a number in `width` bits, the highest of which is the sign.
+/// Converts a number to `width` bits: the highest bit is the sign, and the others are the magnitude.
 fn with_sign(number: i64, width: usize) -> u64 {
     u64::from(number < 0) << (width - 1) | number.unsigned_abs()
 }

@@ -80,8 +80,8 @@ impl Station {
         })
     }
 
-    /// Processes a byte. If the byte completes a frame, and every byte of that frame arrived, `ended` is the frame's
-    /// begin and transmission.
+    /// Processes a byte. If the byte completes a frame, and every byte of that frame arrived, `ended` is the bit at
+    /// which the frame began, and the frame's transmission.
     pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&(u64, Transmission)>) {
         // The receiver learns of a gap only when the next byte arrives.
         if at > self.idle_from {

@@ -224,7 +224,8 @@ impl Trial {
     }
 
     /// Records a byte that arrives, and whose start bit was on the line at this bit. If the byte completes a frame, and
-    /// no byte of the frame was lost, added or reordered, returns the frame's begin and transmission. Values may differ.
+    /// no byte of the frame was lost, added or reordered, returns the bit at which the frame began, and the frame's
+    /// transmission. Values may differ.
     fn arrive(&mut self, byte: u8, bit: u64) -> Option<(u64, Transmission)> {
         let before = self.arrived.take();
         let mut frames = self.frames.iter_mut();

@@ -32,7 +32,7 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// Returns what the line does to the byte. The page shows this text.
+    /// Returns the line's effect on the byte. The page shows this text.
     pub(crate) fn kind(&self) -> &'static str {
         match (self.sent, self.received) {
             (_, None) => "lost",

@@ -221,7 +221,7 @@ fn the_page_says_why_the_actuators_do_not_follow() {
     let slowly = ("Approach", json!("moves slowly to the setpoint"));
     let apart = "frames arrive too far apart (fewer than 4 a second)";
     let apart = ("Parked", json!(apart));
-    // Of `every` frames, one arrives intact: the others lose their first byte.
+    // One frame in `every` arrives intact, and the others lose their first byte.
     for (every, position, (phase, reason)) in [
         (2, 0, &no_frames),
         (2, 21, &slowly),
@@ -435,7 +435,8 @@ fn every_key_is_written_as_it_is_read() {
     }
 }
 
-/// Changes characters of valid addresses at random. What is still valid is written as it is read.
+/// Changes characters of valid addresses at random. If an address is still valid, writing it and reading it again
+/// changes nothing.
 #[test]
 fn no_address_panics() {
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -3,6 +3,7 @@
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Phase};
 
+use crate::outcome::Occurred;
 use crate::rest;
 
 /// The parameters of a failsafe, and the events that it gets.
@@ -26,23 +27,8 @@ pub enum ScheduleStep {
     Frame([u8; 3]),
 }
 
-/// The phases and counters of a failsafe with three axes.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct FailsafeRun {
-    /// The phase after each step.
-    pub phases: Vec<Phase>,
-    /// The failsafe's counter at the end.
-    pub clock_faults: u32,
-    /// The failsafe's counter at the end.
-    pub late_polls: u32,
-    /// The failsafe's counter at the end.
-    pub slow_frames: u32,
-    /// Whether each of the [special cases](CASES) occurred.
-    pub cases: [bool; 7],
-}
-
 /// Special cases in a schedule, in which the promises must hold, too.
-pub const CASES: [&str; 7] = [
+const CASES: [&str; 7] = [
     "the clock goes back while live",
     "a late poll with a frame while live",
     "frames that waited for one poll start nothing",
@@ -50,6 +36,28 @@ pub const CASES: [&str; 7] = [
     "an approach goes on at the demands",
     "after the stated time, an approach is over although the demands move",
     "a silence is longer than the clock's period",
+];
+
+const PHASES: [(&str, Phase); 5] = [
+    ("live", Phase::Live),
+    ("approach", Phase::Approach),
+    ("hold", Phase::Hold),
+    ("ramp", Phase::Ramp),
+    ("parked", Phase::Parked),
+];
+
+const ERRORS: [(&str, FailsafeError); 8] = [
+    ("no step", FailsafeError::NoStep),
+    ("hold within step", FailsafeError::HoldWithinStep),
+    ("ramp before hold", FailsafeError::RampBeforeHold),
+    ("single frame", FailsafeError::SingleFrame),
+    ("no approach", FailsafeError::NoApproach),
+    ("live too fast", FailsafeError::LiveTooFast),
+    (
+        "approach faster than live",
+        FailsafeError::ApproachFasterThanLive,
+    ),
+    ("approach too slow", FailsafeError::ApproachTooSlow),
 ];
 
 impl<'a> Arbitrary<'a> for Schedule {
@@ -118,19 +126,16 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Checks
-/// what a user is promised, from the outputs alone: the bound of two consecutive outputs, that an axis moves only in
-/// its phases, and the times until every axis is at park and until every axis is live. Uses three axes of eight bits,
-/// and also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error, and that the output always equals the model's output. From the
+/// outputs alone, also checks the promises to users: two consecutive outputs differ by at most the bound, an axis moves
+/// only in its phases, and every axis is at park, or live, within the stated time. Uses three axes of eight bits, and
+/// also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
-/// Returns the phases and counters with three axes.
-///
-/// # Errors
-/// Returns the error with which contradictory parameters were rejected.
+/// Counts the errors, the phases, the counters and some special cases.
 ///
 /// # Panics
 /// Panics if the schedule shows a bug.
-pub fn failsafe(schedule: &Schedule) -> Result<FailsafeRun, FailsafeError> {
+pub fn failsafe(schedule: &Schedule, occurred: &mut Occurred) {
     let p = schedule.parameters;
     let wide = |[a, b, c]: [u8; 3]| {
         [a, b, c, c, a, b].map(|demand| u16::from(demand).wrapping_mul(0x1_01) ^ 0x2C)
@@ -145,8 +150,8 @@ pub fn failsafe(schedule: &Schedule) -> Result<FailsafeRun, FailsafeError> {
         approach_travel: p.approach_travel,
         live_travel: p.live_travel,
     };
-    let _ = check(schedule, six_axes, 16, wide);
-    check(schedule, p, 8, |demands| demands)
+    check(schedule, six_axes, 16, wide, occurred);
+    check(schedule, p, 8, |demands| demands, occurred);
 }
 
 /// Returns whether the parameters contradict each other.
@@ -164,11 +169,18 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
     parameters: FailsafeParameters<D, AXES>,
     bits: u32,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> Result<FailsafeRun, FailsafeError> {
+    occurred: &mut Occurred,
+) {
     let built = Failsafe::new(parameters, schedule.start);
     assert_eq!(built.is_err(), contradict(&parameters), "{parameters:?}");
     assert_eq!(built.err(), parameters.check().err());
-    Ok(run(built?, schedule, Model::new(parameters, bits), demands))
+    for (name, error) in ERRORS {
+        occurred.count(name, built.err() == Some(error));
+    }
+    if let Ok(failsafe) = built {
+        let model = Model::new(parameters, bits);
+        run(failsafe, schedule, model, demands, occurred);
+    }
 }
 
 /// Runs the failsafe and the model through the schedule.
@@ -177,21 +189,22 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     mut model: Model<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) -> FailsafeRun {
+    occurred: &mut Occurred,
+) {
     let most_per_poll = model.parameters.most_per_poll();
     // A quarter of the travel, rounded up.
     assert!(
         u64::from(most_per_poll) * 4 <= (1 << 32) / model.unit,
         "{schedule:?}"
     );
-    let mut phases = Vec::new();
+    let mut phases = [0_u32; PHASES.len()];
     let mut clock = schedule.start;
     let (mut faults, mut late) = (0, 0);
     // The ticks since the last approach began, and whether a poll was late since then.
     let (mut approached, mut is_late) = (0, false);
     // The frames since the last poll, their demands, and the ticks since the last poll that took a frame.
     let (mut waiting, mut demanded, mut silence) = (0_u8, model.parameters.park, 0);
-    let mut cases = [false; 7];
+    let mut cases = [false; CASES.len()];
     let mut last = failsafe.poll(clock);
     model.poll(0);
     for &step in &schedule.steps {
@@ -202,7 +215,6 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
                 waiting = waiting.saturating_add(1);
                 failsafe.frame(demanded);
                 model.frame(demanded.map(Into::into));
-                phases.push(last.phase);
                 continue;
             }
         };
@@ -251,7 +263,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
         let was_live = last.phase == Phase::Live;
         let both = (last.phase, output.phase);
         let is_over = !is_late && approached >= model.parameters.live_after();
-        let occurred = [
+        let now = [
             was_live && counted != ticks,
             was_live && waiting > 0 && counted > model.parameters.longest_step,
             waiting >= model.parameters.frames_to_start && output.phase == Phase::Parked,
@@ -260,21 +272,25 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
             is_over && output.axes != demanded,
             silence > u32::MAX.into() && output.phase != Phase::Live,
         ];
-        cases = std::array::from_fn(|case| cases[case] | occurred[case]);
+        cases = std::array::from_fn(|case| cases[case] | now[case]);
         if std::mem::take(&mut waiting) > 0 {
             silence = 0;
         }
-        phases.push(output.phase);
+        for ((_, phase), count) in PHASES.iter().zip(&mut phases) {
+            *count += u32::from(output.phase == *phase);
+        }
         last = output;
     }
     parks_in_time(failsafe, clock, &model.parameters, schedule);
-    FailsafeRun {
-        phases,
-        clock_faults: faults,
-        late_polls: late,
-        slow_frames: model.slow_frames,
-        cases,
+    for ((name, _), count) in PHASES.iter().zip(phases) {
+        occurred.count(name, count);
     }
+    for (name, is) in CASES.into_iter().zip(cases) {
+        occurred.count(name, is);
+    }
+    occurred.count("clock fault", faults);
+    occurred.count("late poll", late);
+    occurred.count("slow frame", model.slow_frames);
 }
 
 /// Checks that every axis is at park in the stated time if no frames come, whatever the outputs were.

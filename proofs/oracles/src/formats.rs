@@ -12,6 +12,7 @@ use framelock_formats::{AnyOf, crsf, gnss, ibus, mavlink, modbus, nmea, rtcm, sb
 use framelock_proofs::reference::framed;
 
 use crate::layout::{Interpreted, layouts};
+use crate::outcome::Occurred;
 use crate::stream::{Stream, StreamStep};
 use crate::{broken, frame, rest};
 
@@ -23,8 +24,8 @@ pub struct ShippedFormat {
     /// The layouts of its frames.
     pub layouts: &'static [CheckedLayout<'static>],
     /// Checks that the format's receivers report the same as the reference with the [interpreter](crate::interpret).
-    /// Returns the receivers' counters, and panics if the stream shows a bug.
-    pub check: fn(&Self, &Stream) -> Counters,
+    /// Counts the outcomes. Returns the receivers' counters, and panics if the stream shows a bug.
+    pub check: fn(&Self, &Stream, &mut Occurred) -> Counters,
 }
 
 /// HEARTBEAT, ATTITUDE, and two messages whose payloads may have 255 bytes, the most possible.
@@ -48,13 +49,15 @@ macro_rules! shipped {
         &[$(ShippedFormat {
             name: $name,
             layouts: &[$($layout),*],
-            check: |shipped, stream| $check(shipped.layouts, stream),
+            check: |shipped, stream, occurred| $check(shipped.layouts, stream, occurred),
         }),*]
     };
 }
 
-fn by<F: Format + Copy + 'static>(format: F) -> impl Fn(&[CheckedLayout], &Stream) -> Counters {
-    move |all, stream| layouts(&format, all, stream)
+fn by<F: Format + Copy + 'static>(
+    format: F,
+) -> impl Fn(&[CheckedLayout], &Stream, &mut Occurred) -> Counters {
+    move |all, stream, occurred| layouts(&format, all, stream, occurred)
 }
 
 /// The shipped formats.
@@ -76,7 +79,11 @@ pub const FORMATS: &[ShippedFormat] = shipped! {
 
 /// Checks that the small [`Receiver`] finds the same frames as the reference, at the same positions. Then checks
 /// receivers of the layout.
-fn fixed<F>(all: &'static [CheckedLayout<'static>], stream: &Stream) -> Counters
+fn fixed<F>(
+    all: &'static [CheckedLayout<'static>],
+    stream: &Stream,
+    occurred: &mut Occurred,
+) -> Counters
 where
     F: FixedFormat<Message: PartialEq + Debug, Frame: for<'a> TryFrom<&'a [u8], Error: Debug>>,
 {
@@ -99,7 +106,7 @@ where
         });
         assert_eq!(found, expected, "{bytes:02X?}");
     }
-    layouts(&AnyOf(all), all, stream)
+    layouts(&AnyOf(all), all, stream, occurred)
 }
 
 /// A format, and the stream that its receivers get.
@@ -185,10 +192,15 @@ fn chosen_by(bytes: &[u8]) -> impl FnMut(usize) -> usize {
     move |count| bytes.next().map_or(0, |byte| usize::from(*byte) % count)
 }
 
-/// Runs the [check](ShippedFormat::check) of the line's format. Returns the receiver's counters.
+/// Runs the [check](ShippedFormat::check) of the line's format, and counts the frames of each format.
 ///
 /// # Panics
 /// Panics if the line shows a bug.
-pub fn formats(line: &FormatLine) -> Counters {
-    (line.format.check)(line.format, &line.stream)
+pub fn formats(line: &FormatLine, occurred: &mut Occurred) {
+    let format = line.format;
+    let counters = (format.check)(format, &line.stream, occurred);
+    for other in FORMATS {
+        let is_same = other.name == format.name;
+        occurred.count(other.name, if is_same { counters.frames } else { 0 });
+    }
 }

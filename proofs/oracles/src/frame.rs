@@ -11,8 +11,9 @@ use rand::seq::IndexedRandom as _;
 
 use crate::layout::{interpret_before, place};
 
-/// Fills a frame with the content, and lets the layout seal the frame. `choose` chooses a number below its argument: which
-/// of several syncs, messages, terminators and bits of a trailer the frame has, and bytes that are not in the content.
+/// Fills a frame with the content, and lets the layout seal the frame. `choose` chooses a number below its
+/// argument. It chooses among several syncs, messages, terminators and bits of a trailer, and chooses the bytes that
+/// are not in the content.
 ///
 /// # Errors
 /// If no frame has this content, returns bytes that are almost a frame.
@@ -139,7 +140,7 @@ pub fn random_frame(layout: &CheckedLayout, random: &mut impl Rng) -> Result<Vec
     frame(layout, &content, |count| random.random_range(0..count))
 }
 
-/// Returns the terminators that are not as long as the terminator.
+/// Returns the terminators whose length differs from that of the layout's `terminator`.
 pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     let own = layout.terminator.each().count();
     layout.terminators().skip(own).collect()

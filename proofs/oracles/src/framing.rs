@@ -8,7 +8,7 @@ use framelock::{
 };
 use framelock_proofs::reference::framed;
 
-use crate::outcome::{Counted, add, as_counter};
+use crate::outcome::{Counted, Occurred, add, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// A random format, and a stream.
@@ -16,7 +16,8 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 pub struct AnyFormat {
     /// The seed of the format's classifications.
     pub seed: u32,
-    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete.
+    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete. The upper half chooses the
+    /// length of the longest frame.
     pub patience: u8,
     /// The stream.
     pub stream: Stream,
@@ -32,23 +33,23 @@ impl<'a> Arbitrary<'a> for AnyFormat {
     }
 }
 
-/// For lawful formats, checks that the receiver reports the same as the naive reference, both with pushed bytes and
-/// with fed slices. For unlawful formats, checks that every byte is still counted once.
+/// For a lawful format, checks that the receiver reports the same as the naive reference, both with pushed bytes and
+/// with fed slices. For an unlawful format, checks that every byte is still counted once.
 ///
-/// Returns the counters of the lawful formats, one for each longest frame: 1, 2, 5 and 9 bytes.
+/// Counts the outcomes, and the states of the receiver in which slices and line events reach it.
 ///
 /// # Panics
 /// Panics if the input shows a bug.
-pub fn framing(input: &AnyFormat) -> [Counters; 4] {
-    [
-        lengths::<1, 1>(input),
-        lengths::<2, 3>(input),
-        lengths::<5, 5>(input),
-        lengths::<9, 16>(input),
-    ]
+pub fn framing(input: &AnyFormat, occurred: &mut Occurred) {
+    match input.patience / 16 % 4 {
+        0 => of_length::<9, 16>(input, occurred),
+        1 => of_length::<5, 5>(input, occurred),
+        2 => of_length::<2, 3>(input, occurred),
+        _ => of_length::<1, 1>(input, occurred),
+    }
 }
 
-fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) -> Counters {
+fn of_length<const LONGEST: usize, const N: usize>(input: &AnyFormat, occurred: &mut Occurred) {
     let format = |is_lawful| Drawn::<LONGEST> {
         seed: input.seed,
         patience: input.patience % 16,
@@ -62,28 +63,30 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) -> Counters 
         &by_rules,
         &input.stream,
         || QUESTIONS.take(),
-    )
+        occurred,
+    );
 }
 
 /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
 #[derive(Default)]
-struct Findings(Vec<Found<usize>>);
+struct Findings {
+    all: Vec<Found<usize>>,
+    /// The number of bytes in all findings.
+    bytes: usize,
+}
 
 impl Findings {
     /// Adds a finding of the receiver. The message of a frame is the frame's bytes, which must be the next bytes of
     /// `stream`.
     fn receive(&mut self, stream: &[u8], found: Found<&[u8]>) {
-        let place = self.bytes();
+        let place = self.bytes;
         let end = place + found.bytes();
+        self.bytes = end;
         let found = found.map(|frame| {
             assert_eq!(frame, &stream[place..end], "at {place} of {stream:02X?}");
             place
         });
-        add(&mut self.0, found);
-    }
-
-    fn bytes(&self) -> usize {
-        self.0.iter().map(Found::bytes).sum()
+        add(&mut self.all, found);
     }
 }
 
@@ -92,21 +95,23 @@ fn reference<F: Format>(
     bytes: &[u8],
     end: Option<LineEvent>,
 ) -> (Vec<Found<usize>>, usize) {
-    let mut findings = Findings::default();
-    let pending = framed(format, bytes, end, |found| add(&mut findings.0, found));
-    (findings.0, pending)
+    let mut all = Vec::new();
+    let pending = framed(format, bytes, end, |found| add(&mut all, found));
+    (all, pending)
 }
 
 /// Checks that receivers of the format, with a buffer of this size, find and count the same as the reference with the
-/// format `naive`. One receiver gets the slices of the stream by `feed`, and another gets every byte by `push`. `questions` returns how many
-/// classifications the receivers have asked for since the last call of `questions`, not counting calls of `starts`.
-/// Returns the counters.
+/// format `naive`. One receiver gets the slices of the stream by `feed`, another gets every byte by `push`, and a third gets
+/// the slices in several ways. `questions` returns how many classifications the receivers have asked for since the last
+/// call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and line events
+/// reach the third receiver. Returns the counters.
 pub(crate) fn as_the_reference<F>(
     format: impl Fn() -> F,
     buffer: usize,
     naive: &impl Format,
     Stream(steps): &Stream,
     questions: impl Fn() -> usize,
+    occurred: &mut Occurred,
 ) -> Counters
 where
     F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
@@ -119,51 +124,45 @@ where
     let (mut fed, mut pushed) = (receiver(), Line::new(receiver()));
     let mut line = Line::new(receiver());
     let mut counted = Counted::default();
+    let mut reached = [0_u32; STATES.len()];
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
         let (expected, pending) = reference(naive, &bytes, None);
 
         let mut findings = Findings::default();
-        for slice in stretch.iter().map(StreamStep::bytes) {
+        for step in stretch {
+            let StreamStep::Slice(slice) = step else {
+                continue;
+            };
+            // `fed` has decided about all bytes that can be decided, but `line` perhaps not.
+            let states = [fed.pending() > 0, line.pending() > fed.pending()];
+            let way = take(&mut line, slice);
+            for (state, is_reached) in states.into_iter().enumerate() {
+                reached[2 * way + state] += u32::from(is_reached && !slice.is_empty());
+            }
             fed.feed(slice, |found| {
                 findings.receive(&bytes, found.map(|frame| frame.message()));
             });
         }
         assert_eq!(
-            (&findings.0, fed.pending()),
+            (&findings.all, fed.pending()),
             (&expected, pending),
             "fed: {steps:02X?}"
         );
 
-        let mut frames = Vec::new();
         let ends = ends(&expected);
-        questions();
-        for (place, &byte) in bytes.iter().enumerate() {
-            if let Some(frame) = pushed.push(byte) {
-                frames.push(frame.message().to_vec());
-                let late = place + 1 - ends[frames.len() - 1];
-                assert!(
-                    late <= longest - frame.bytes().len(),
-                    "{late} late: {steps:02X?}"
-                );
-            }
-            assert!(
-                questions() <= 1,
-                "at most one classification per byte: {steps:02X?}"
-            );
-            assert!(pushed.pending() < longest, "{steps:02X?}");
-        }
+        let (mut frames, late) = push(&mut pushed, &bytes, &ends, &questions);
+        reached[6] += late;
         // A line event may come after bytes about which `push` has not decided.
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
             frames.extend(polled(&mut pushed));
             assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
         }
 
-        for slice in stretch.iter().map(StreamStep::bytes) {
-            take(&mut line, slice);
-        }
+        let is_undecided = line.pending() > pending;
         let is_in_steps = bytes.len() % 2 == 1;
         if is_in_steps {
+            reached[7] += u32::from(is_undecided);
             while line.poll_step(|_| ()) {}
         }
         let mut all = expected;
@@ -178,14 +177,16 @@ where
                 })
             });
             assert!(has_ended, "too many steps: {steps:02X?}");
+            reached[9] += as_counter(self::ends(&all).len() - ends.len());
             if is_in_steps {
                 while line.line_event_step(*event, |_| ()) {}
             } else {
+                reached[8] += u32::from(is_undecided);
                 line.line_event(*event, |_| ());
             }
             counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
-            assert_eq!(findings.0, all, "line event: {steps:02X?}");
+            assert_eq!(findings.all, all, "line event: {steps:02X?}");
         } else {
             line.feed(&[], |_| ());
         }
@@ -210,7 +211,59 @@ where
             break;
         }
     }
+    for (name, times) in STATES.into_iter().zip(reached) {
+        occurred.count(name, times);
+    }
+    occurred.count_all(&counted.counters);
     counted.counters
+}
+
+/// The states in which the receiver gets slices, frames and line events. Undecided bytes are those that `push` has left
+/// undecided.
+const STATES: [&str; 10] = [
+    "pushed while bytes are pending",
+    "pushed while bytes are undecided",
+    "pulled while bytes are pending",
+    "pulled while bytes are undecided",
+    "fed while bytes are pending",
+    "fed while bytes are undecided",
+    "a pushed frame comes late",
+    "polled in steps while bytes are undecided",
+    "a line event while bytes are undecided",
+    "a line event ends a frame",
+];
+
+/// Pushes the bytes of a stretch, in which the frames have these ends. Checks when the frames come, and that each byte causes
+/// at most one classification. Returns the frames, and how many of them come late.
+fn push<F>(
+    line: &mut Line<BufferedReceiver<F, Vec<u8>>>,
+    bytes: &[u8],
+    ends: &[usize],
+    questions: impl Fn() -> usize,
+) -> (Vec<Vec<u8>>, u32)
+where
+    F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
+{
+    let longest = line.parser().format().longest();
+    let (mut frames, mut late) = (Vec::new(), 0);
+    questions();
+    for (place, &byte) in bytes.iter().enumerate() {
+        if let Some(frame) = line.push(byte) {
+            frames.push(frame.message().to_vec());
+            let behind = place + 1 - ends[frames.len() - 1];
+            assert!(
+                behind <= longest - frame.bytes().len(),
+                "{behind} late: {bytes:02X?}"
+            );
+            late += u32::from(behind > 0);
+        }
+        assert!(
+            questions() <= 1,
+            "at most one classification per byte: {bytes:02X?}"
+        );
+        assert!(line.pending() < longest, "{bytes:02X?}");
+    }
+    (frames, late)
 }
 
 /// Polls the line, and returns the frames. Asserts that polling in steps finds the same frames.
@@ -229,20 +282,24 @@ where
     frames
 }
 
-/// Gives a slice to the line in one of three ways.
-fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) {
-    match slice {
-        &[byte] => {
-            let _ = line.push(byte);
-            // If the byte is odd, poll for remaining frames before the next slice.
-            while byte % 2 == 1 && line.poll().is_some() {}
+/// Gives a slice to the line in one of three ways, which its first byte chooses. Returns the way's number. Only pushing may
+/// leave bytes undecided.
+fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) -> usize {
+    let way = usize::from(slice.first().map_or(2, |first| first % 3));
+    match way {
+        0 => {
+            for &byte in slice {
+                let _ = line.push(byte);
+            }
+            while slice.len().is_multiple_of(3) && line.poll().is_some() {}
         }
-        [first, ..] if first % 2 == 1 => {
+        1 => {
             let mut rest = slice;
             while line.next(&mut rest).is_some() {}
         }
-        slice => line.feed(slice, |_| ()),
+        _ => line.feed(slice, |_| ()),
     }
+    way
 }
 
 /// A format whose messages are the frames themselves.
@@ -323,7 +380,7 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
         }
         taken += step.bytes().len();
         assert!(fed.pending() < LONGEST, "{steps:02X?}");
-        assert_eq!(findings.bytes() + fed.pending(), taken, "{steps:02X?}");
+        assert_eq!(findings.bytes + fed.pending(), taken, "{steps:02X?}");
         let counters = pushed.counters();
         let placed =
             counters.frame_bytes + counters.discarded.total() + as_counter(pushed.pending());
@@ -348,7 +405,8 @@ struct Drawn<const LONGEST: usize> {
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // An FNV-1a hash, multiplied once more. The upper half of the product is used because it is the most random.
+        // An FNV-1a hash, followed by another multiplication. The upper half of the product is used because it is the
+        // most random.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)

@@ -11,6 +11,7 @@ use framelock_formats::layout::{
 };
 
 use crate::framing::{Frames, as_the_reference};
+use crate::outcome::Occurred;
 use crate::stream::Stream;
 
 /// The most bytes that a frame should have in [`layouts`]. The reference is slow with longer frames.
@@ -25,11 +26,11 @@ pub const EVENTS: [LineEvent; 5] = [
     LineEvent::Idle,
 ];
 
-/// Checks that receivers of a format report the same frames and discarded bytes as the reference with the
-/// [interpreter](interpret) of the format's layouts, and that the format classifies the bytes at each position as the
-/// interpreter does.
+/// Checks that receivers of a format report the same frames and discarded bytes as the reference, which uses the
+/// [interpreter](interpret) of the format's layouts. Also checks that the format classifies the bytes at each position
+/// as the interpreter does.
 ///
-/// Returns the receivers' counters.
+/// Counts the receivers' outcomes and states, and returns their counters.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
@@ -37,6 +38,7 @@ pub fn layouts<F: Format + Clone + 'static>(
     format: &F,
     layouts: &[CheckedLayout],
     stream: &Stream,
+    occurred: &mut Occurred,
 ) -> Counters {
     let naive = Interpreted(layouts);
     for bytes in stream.stretches() {
@@ -62,7 +64,8 @@ pub fn layouts<F: Format + Clone + 'static>(
         }
     }
     let longest = format.longest();
-    as_the_reference(|| Frames(format.clone()), longest, &naive, stream, || 0)
+    let format = || Frames(format.clone());
+    as_the_reference(format, longest, &naive, stream, || 0, occurred)
 }
 
 /// The reference's format: frames of any of these layouts. The first layout that does not reject the bytes decides.
@@ -85,7 +88,7 @@ impl Format for Interpreted<'_> {
     fn classify(&self, bytes: &[u8]) -> Classification {
         let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.most_bytes())];
         let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
-        // Of several that come equally far, the first one.
+        // If several layouts come equally far, the first one decides.
         let first = all.next().expect("a layout");
         all.fold(first, |best, next| {
             if order(&next) > order(&best) {

@@ -31,7 +31,7 @@ mod stream;
 #[cfg(test)]
 mod wrong_reasons;
 
-pub use failsafe::{CASES, FailsafeRun, Schedule, ScheduleStep, failsafe};
+pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use formats::{FORMATS, FormatLine, ShippedFormat, formats};
 pub use frame::{frame, other_terminators, random_frame};
 pub use framing::{AnyFormat, framing};
@@ -45,8 +45,6 @@ pub use reader::reader;
 pub use stream::{Stream, StreamStep};
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::Counters;
-use framelock::motion::FailsafeError;
 
 /// A fuzz target as a function of the fuzzer's bytes. Counts the outcomes in `Occurred`, but counts nothing if the
 /// bytes are too few for an input.
@@ -56,53 +54,34 @@ pub type Target = fn(&[u8], &mut Occurred);
 /// descriptions run it.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
-        count_lines(bytes, parser, occurred);
+        structured(bytes, |input| {
+            parser(&input, occurred);
+        });
     }),
     ("failsafe", |bytes, occurred| {
-        let result = structured(bytes, failsafe).unwrap_or_else(|| Ok(FailsafeRun::default()));
-        let error = result.as_ref().err().copied();
-        occurred.count_failsafe(&result.unwrap_or_default());
-        for (name, contradiction) in [
-            ("hold within step", FailsafeError::HoldWithinStep),
-            ("ramp before hold", FailsafeError::RampBeforeHold),
-            ("single frame", FailsafeError::SingleFrame),
-            ("live too fast", FailsafeError::LiveTooFast),
-        ] {
-            occurred.count(name, error == Some(contradiction));
-        }
+        structured(bytes, |input| failsafe(&input, occurred));
     }),
     ("reader", |bytes, occurred| {
-        count_lines(bytes, reader, occurred);
+        structured(bytes, |input| reader(&input, occurred));
     }),
     ("framing", |bytes, occurred| {
-        count_lines(bytes, framing, occurred);
+        structured(bytes, |input| framing(&input, occurred));
     }),
     ("packets", |bytes, occurred| {
-        count_lines(bytes, packets, occurred);
+        structured(bytes, |input| {
+            packets(&input, occurred);
+        });
     }),
     ("formats", |bytes, occurred| {
-        let counters = structured(bytes, |line: &FormatLine| (line.format.name, formats(line)));
-        if let Some((name, counters)) = counters {
-            occurred.count(name, counters.frames);
-            occurred.count_all(&counters);
-        }
+        structured(bytes, |input| formats(&input, occurred));
     }),
 ];
 
-/// Runs a check that returns the counters of lines, and counts their outcomes.
-fn count_lines<'a, Input: Arbitrary<'a>, const LINES: usize>(
-    bytes: &'a [u8],
-    check: fn(&Input) -> [Counters; LINES],
-    occurred: &mut Occurred,
-) {
-    let all = structured(bytes, check).into_iter().flatten();
-    all.for_each(|counters| occurred.count_all(&counters));
-}
-
-/// Runs a check in the same way as `libfuzzer_sys::fuzz_target!`. Returns `None` if the bytes are too few.
-fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> Option<T> {
-    let input = Input::arbitrary_take_rest(Unstructured::new(bytes));
-    input.ok().map(|input| check(&input))
+/// Runs a check in the same way as `libfuzzer_sys::fuzz_target!`, unless the bytes are too few.
+fn structured<'a, Input: Arbitrary<'a>>(bytes: &'a [u8], check: impl FnOnce(Input)) {
+    if let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) {
+        check(input);
+    }
 }
 
 /// Returns values until the remaining bytes are too few for another value.

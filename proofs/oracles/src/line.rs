@@ -1,5 +1,5 @@
-//! A faulty line: what arrives of the frames that are sent. The line breaks whole frames for tests, or single bytes with
-//! given probabilities for simulations and benchmarks.
+//! A faulty line: turns the frames that are sent into the bytes that arrive. The line breaks whole frames for tests, or
+//! single bytes with given probabilities for simulations and benchmarks.
 
 use rand::Rng;
 use rand::seq::IndexedRandom as _;
@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
-/// Returns what arrives of a frame with one fault: a byte has another bit, is lost, added, doubled or misplaced, or
-/// only the frame's beginning or end arrives. `choose` chooses a number below its argument: the position of the fault,
-/// the fault, and the wrong bit, the added byte or the other position.
+/// Returns the bytes that arrive if the frame has one fault: a byte has another bit, is lost, added, doubled or
+/// misplaced, or only the frame's beginning or end arrives. `choose` chooses a number below its argument: the position
+/// of the fault, the fault, and the wrong bit, the added byte or the other position.
 ///
 /// # Panics
 /// Panics if the frame is empty.
@@ -121,13 +121,13 @@ impl ByteFaults {
 mod tests {
     use super::*;
 
-    /// Returns the byte that arrives for each of many bytes 0.
+    /// Sends many zero bytes. Returns the byte that arrives for each.
     fn carried(drop: f64, flip: f64, seed: u64) -> Vec<Option<u8>> {
         let mut faults = ByteFaults::new(FaultRates { drop, flip }, Seed { seed, trial: 0 });
         (0..10_000).map(|_| faults.carry(0)).collect()
     }
 
-    /// `choose` gives the position, the fault, and what the fault needs.
+    /// `choose` gives the position, the fault, and one more number that some faults need.
     #[test]
     fn a_broken_frame_has_one_fault() {
         for (choices, expected) in [

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::FailsafeRun;
-use framelock::motion::{Phase, Setpoint};
+use framelock::motion::Setpoint;
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 
@@ -41,7 +40,7 @@ impl Outcome {
     }
 }
 
-/// The number of times that each outcome occurred in a test with random inputs.
+/// The number of times that each outcome and each situation occurred: in a corpus, or in a test with random inputs.
 #[derive(Debug, Default)]
 pub struct Occurred(BTreeMap<&'static str, u64>);
 
@@ -54,7 +53,7 @@ impl Occurred {
         *self.0.entry(outcome).or_default() += times.into();
     }
 
-    /// Adds the counts of a line to those of the outcomes.
+    /// Adds a line's counters to the counts of the outcomes.
     pub fn count_all(&mut self, counters: &Counters) {
         let (discarded, events) = (&counters.discarded, &counters.events);
         for (outcome, times) in [
@@ -77,23 +76,6 @@ impl Occurred {
         ] {
             self.count(outcome, times);
         }
-    }
-
-    /// Counts the phases of a failsafe's outputs, and adds its counters.
-    pub fn count_failsafe(&mut self, run: &FailsafeRun) {
-        for (name, phase) in [
-            ("live", Phase::Live),
-            ("approach", Phase::Approach),
-            ("hold", Phase::Hold),
-            ("ramp", Phase::Ramp),
-            ("parked", Phase::Parked),
-        ] {
-            let times = run.phases.iter().filter(|it| **it == phase).count();
-            self.count(name, times as u64);
-        }
-        self.count("clock fault", run.clock_faults);
-        self.count("late poll", run.late_polls);
-        self.count("slow frame", run.slow_frames);
     }
 
     /// Returns the outcomes that occurred, in alphabetical order.

@@ -6,7 +6,7 @@ use framelock::{
     PacketFormat, PacketReceiver, Parser, Stuffing,
 };
 
-use crate::outcome::as_counter;
+use crate::outcome::{Occurred, as_counter};
 use crate::stream::{Stream, StreamStep};
 
 /// A format of packets, and a stream.
@@ -406,14 +406,14 @@ impl Run {
     }
 }
 
-/// Checks that a receiver delivers exactly the packets of the naive definition, each with its last byte or its delimiter,
-/// that pushed bytes and fed slices have the same outcomes, and that each byte is counted once.
+/// Checks that a receiver delivers exactly the packets of the naive definition, each with its last byte or its
+/// delimiter. Also checks that pushed bytes and fed slices have the same outcomes, and that each byte is counted once.
 ///
-/// Returns the counters.
+/// Counts the outcomes, and the packets of each way of stuffing and of each check. Returns the counters.
 ///
 /// # Panics
 /// Panics if the input shows a bug.
-pub fn packets(input: &AnyPackets) -> [Counters; 1] {
+pub fn packets(input: &AnyPackets, occurred: &mut Occurred) -> Counters {
     let AnyPackets {
         format,
         stream: Stream(steps),
@@ -422,9 +422,11 @@ pub fn packets(input: &AnyPackets) -> [Counters; 1] {
         (Run::new(*format), Run::new(*format), Run::new(*format));
     let mut line = Line::new(Run::new(*format).receiver);
     let (mut items, mut deliveries, mut taken) = (Vec::new(), Vec::new(), 0);
+    let [mut cuts, mut pauses] = [0_u32; 2];
     for step in steps {
         match step {
             StreamStep::Slice(slice) => {
+                cuts += u32::from(line.pending() > 0 && !slice.is_empty());
                 fed.feed(slice);
                 for &byte in slice {
                     let before = pushed.found.len();
@@ -451,6 +453,7 @@ pub fn packets(input: &AnyPackets) -> [Counters; 1] {
                 items.push(Item::Event(*event));
                 note(&pushed.found[before..], items.len() - 1, &mut deliveries);
                 line.line_event(*event, |_| ());
+                pauses += u32::from(*event == LineEvent::Idle && line.pending() > 0);
             }
         }
         taken += step.bytes().len();
@@ -470,10 +473,46 @@ pub fn packets(input: &AnyPackets) -> [Counters; 1] {
         pushed.found.iter().all(|found| found.bytes() > 0),
         "{input:02X?}"
     );
-    if is_unambiguous(format.stuffing) {
+    let is_defined = is_unambiguous(format.stuffing);
+    if is_defined {
         assert_eq!(deliveries, format.deliveries(&items), "{input:02X?}");
     }
-    [*line.counters()]
+    let counters = *line.counters();
+    let [way, check] = [way(format.stuffing), format.check as usize];
+    for (number, name) in WAYS.into_iter().enumerate() {
+        let is_way = number == way && is_defined;
+        occurred.count(name, if is_way { counters.frames } else { 0 });
+    }
+    for (number, name) in CHECKS.into_iter().enumerate() {
+        occurred.count(name, if number == check { counters.frames } else { 0 });
+    }
+    occurred.count("special bytes are equal", !is_defined);
+    occurred.count("a slice begins within a packet", cuts);
+    occurred.count("a pause after a delimiter", pauses);
+    occurred.count_all(&counters);
+    counters
+}
+
+/// The ways of stuffing, of which packets are counted.
+const WAYS: [&str; 6] = [
+    "escape bytes by XOR",
+    "escape bytes with a pair of codes",
+    "COBS",
+    "doubled bytes after a start byte",
+    "doubled bytes without a start byte",
+    "breaks",
+];
+
+/// The [checks](PacketCheck) in order, of which packets are counted.
+const CHECKS: [&str; 3] = ["any packet", "XOR", "length and XOR"];
+
+fn way(stuffing: Stuffing) -> usize {
+    match stuffing {
+        Stuffing::Escape { codes, .. } => usize::from(matches!(codes, Codes::Pair { .. })),
+        Stuffing::Cobs => 2,
+        Stuffing::Doubled { start, .. } => 3 + usize::from(start.is_none()),
+        Stuffing::Break => 5,
+    }
 }
 
 /// Adds the frames that the item at this index has completed.

@@ -12,7 +12,7 @@ use framelock_formats::layout::CheckedLayout;
 use framelock_formats::motion::{BIN, BIN_CRC8};
 use framelock_proofs::reference::{self, NaiveFormat};
 
-use crate::outcome::{Counted, Outcome, as_counter};
+use crate::outcome::{Counted, Occurred, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// Checks that every machine reports the same as the reference: the frames, their positions, the discarded bytes and
@@ -20,17 +20,18 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// bytes from both sides of a line event. Every byte and every event must be counted once. For the formats of fixed
 /// length, a [`BufferedReceiver`] must deliver the same frames and have the same counters.
 ///
-/// Returns the counters of each machine.
+/// Counts the machines' outcomes and the ways in which slices reach a line with pending bytes. Returns the counters of each
+/// machine.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn parser(stream: &Stream) -> [Counters; 3] {
+pub fn parser(stream: &Stream, occurred: &mut Occurred) -> [Counters; 3] {
     buffered_receiver_does_the_same::<Bin>(&[BIN], stream);
     buffered_receiver_does_the_same::<BinCrc8>(&[BIN_CRC8], stream);
     [
-        check::<Receiver<Bin>, reference::Bin>(stream),
-        check::<Lecture, reference::Lecture>(stream),
-        check::<Receiver<BinCrc8>, reference::BinCrc8>(stream),
+        check::<Receiver<Bin>, reference::Bin>(stream, occurred),
+        check::<Lecture, reference::Lecture>(stream, occurred),
+        check::<Receiver<BinCrc8>, reference::BinCrc8>(stream, occurred),
     ]
 }
 
@@ -42,7 +43,7 @@ pub(crate) trait OfSetpoints:
 
 impl<P: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> OfSetpoints for P {}
 
-fn check<P, F>(Stream(steps): &Stream) -> Counters
+fn check<P, F>(Stream(steps): &Stream, occurred: &mut Occurred) -> Counters
 where
     P: OfSetpoints + Copy + PartialEq + Debug,
     F: NaiveFormat,
@@ -50,6 +51,8 @@ where
     // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
     // byte.
     let mut line = Line::new(P::default());
+    // How many slices of each way have come while bytes were pending.
+    let mut ways = [0_u32; 3];
     let mut counted = Counted::default();
     // After a line event, the rest is a new stream.
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
@@ -62,10 +65,20 @@ where
 
         let mut setpoints = Vec::new();
         for slice in stretch.iter().map(StreamStep::bytes) {
+            let is_pending = u32::from(line.pending() > 0);
             match slice {
-                [first, _, _, ..] if first % 2 == 1 => setpoints.extend(line.messages(slice)),
-                [_, _, _, ..] => line.feed(slice, |found| setpoints.extend(found.message())),
-                few => setpoints.extend(few.iter().filter_map(|&byte| line.push(byte))),
+                [first, _, _, ..] if first % 2 == 1 => {
+                    setpoints.extend(line.messages(slice));
+                    ways[0] += is_pending;
+                }
+                [_, _, _, ..] => {
+                    line.feed(slice, |found| setpoints.extend(found.message()));
+                    ways[1] += is_pending;
+                }
+                few => {
+                    setpoints.extend(few.iter().filter_map(|&byte| line.push(byte)));
+                    ways[2] += is_pending;
+                }
             }
         }
         let expected_setpoints = expected.frames().into_iter().map(|(_, setpoint)| setpoint);
@@ -95,6 +108,10 @@ where
             "every byte is counted once: {steps:02X?}"
         );
     }
+    occurred.count("pulled while bytes are pending", ways[0]);
+    occurred.count("fed while bytes are pending", ways[1]);
+    occurred.count("pushed while bytes are pending", ways[2]);
+    occurred.count_all(&counted.counters);
     counted.counters
 }
 
@@ -190,7 +207,7 @@ fn feed<P: OfSetpoints>(slices: &[StreamStep]) -> (P, Outcome) {
 
 #[cfg(test)]
 mod tests {
-    use super::{check, reference};
+    use super::{Occurred, check, reference};
     use crate::stream::{Stream, StreamStep};
     use crate::wrong_reasons::WrongReasons;
 
@@ -198,6 +215,6 @@ mod tests {
     #[should_panic(expected = "checksum_mismatch: 1")]
     fn a_byte_that_is_counted_for_a_wrong_reason_is_a_bug() {
         let stream = Stream(vec![StreamStep::Slice(b"?AB\0xyz\r".to_vec())]);
-        check::<WrongReasons, reference::Bin>(&stream);
+        check::<WrongReasons, reference::Bin>(&stream, &mut Occurred::default());
     }
 }

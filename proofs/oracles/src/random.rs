@@ -20,9 +20,9 @@ pub enum Purpose {
     Losses = 5,
     /// Values drawn once per trial.
     Once = 7,
-    /// Bytes of which one bit is inverted.
+    /// The bytes in which a bit is inverted.
     ByteFlips = 8,
-    /// The inverted bits of these bytes.
+    /// The bit that is inverted in each of these bytes.
     FaultValues = 10,
 }
 

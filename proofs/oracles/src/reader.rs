@@ -1,7 +1,8 @@
-//! Target `reader`: the core's `Reader`, blocking and async, with a UART that returns slices and
-//! errors.
+//! Target `reader`: the core's `Reader`, blocking and async, with a UART that returns slices and errors. The program
+//! cancels reads, and the line pauses.
 
 use std::fmt::Debug;
+use std::future::{pending, poll_fn, ready};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
@@ -11,7 +12,7 @@ use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Counters, DiscardReason, LineEvent, Reader, Receiver};
 use framelock_proofs::reference::{self, NaiveFormat};
 
-use crate::outcome::{Counted, Outcome};
+use crate::outcome::{Counted, Occurred, Outcome};
 use crate::parser::OfSetpoints;
 use crate::stream::{Stream, StreamStep, bytes_of};
 
@@ -20,6 +21,8 @@ struct Driver<'a> {
     steps: std::slice::Iter<'a, StreamStep>,
     /// The rest of the current slice.
     bytes: &'a [u8],
+    /// Whether an async read has waited for the next slice or error.
+    has_waited: bool,
 }
 
 /// Returns the driver's error for a line event. An idle gap loses no bytes. All other events count as overruns.
@@ -50,7 +53,17 @@ impl embedded_io::Read for Driver<'_> {
 }
 
 impl embedded_io_async::Read for Driver<'_> {
+    /// Waits once before each slice and each error. If the program cancels the read then, nothing is lost.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        poll_fn(|_| {
+            self.has_waited = self.bytes.is_empty() && !self.has_waited;
+            if self.has_waited {
+                Poll::Pending
+            } else {
+                Poll::Ready(())
+            }
+        })
+        .await;
         embedded_io::Read::read(self, buffer)
     }
 }
@@ -58,56 +71,93 @@ impl embedded_io_async::Read for Driver<'_> {
 /// Checks that the reader returns the reference's setpoints and the driver's errors. The reader must return each
 /// setpoint and each error before it reads another byte. An error must lose no byte. If an error stands for an overrun,
 /// the test reports a line event to the reader, and the reader discards the pending bytes. After other errors, the
-/// bytes stay pending. All this must hold for buffers of different sizes, and for the blocking and the async reader.
+/// bytes stay pending. All this must hold for buffers of different sizes, for the blocking and the async reader, and for
+/// an async reader whose reads are cancelled whenever they wait. A reader that reports pauses must discard the pending
+/// bytes whenever a read waits.
 ///
-/// Returns the counters of each machine.
+/// Counts the outcomes, the cancelled reads, and the errors between the bytes of a frame.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn reader(stream: &Stream) -> [Counters; 3] {
-    [
-        check::<Receiver<Bin>, reference::Bin, 16>(stream),
-        check::<Lecture, reference::Lecture, 1>(stream),
-        check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream),
-    ]
+pub fn reader(stream: &Stream, occurred: &mut Occurred) {
+    check::<Receiver<Bin>, reference::Bin, 16>(stream, occurred);
+    check::<Lecture, reference::Lecture, 1>(stream, occurred);
+    check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream, occurred);
 }
 
-/// The result of a call to the reader's `next_message`.
+/// The result of a call to one of the reader's functions.
 type Answer = Result<Option<Setpoint>, ErrorKind>;
 
-fn check<P, F, const N: usize>(Stream(steps): &Stream) -> Counters
+/// One of the reader's functions, called in one of several ways.
+type Read<'a, 'b, P, const N: usize> = &'a mut dyn FnMut(&mut Reader<Driver<'b>, P, N>) -> Answer;
+
+fn check<P, F, const N: usize>(Stream(steps): &Stream, occurred: &mut Occurred)
 where
     P: OfSetpoints + Debug,
     F: NaiveFormat,
 {
-    let (expected, counters) = expected::<F>(steps);
-    for read in [
-        |reader: &mut Reader<_, P, N>| reader.next_message(),
-        |reader: &mut Reader<_, P, N>| now(reader.next_message_async()),
+    let [mut cancelled, mut errors, mut joined] = [0_u32; 3];
+    let [in_one_piece, with_pauses] = [false, true].map(|pauses| expected::<F>(steps, pauses));
+    let blocking: Read<P, N> = &mut Reader::next_message;
+    let cancelling: Read<P, N> = &mut |reader| {
+        loop {
+            if let Poll::Ready(answer) = poll(pin!(reader.next_message_async())) {
+                return answer;
+            }
+            cancelled += u32::from(reader.line().pending() > 0);
+        }
+    };
+    let without_a_pause: Read<P, N> =
+        &mut |reader| patient(reader.next_message_or_pause(pending::<()>, |setpoint| setpoint));
+    let pausing: Read<P, N> =
+        &mut |reader| patient(reader.next_message_or_pause(|| ready(()), |setpoint| setpoint));
+    for (read, (answers, counters)) in [
+        (blocking, &in_one_piece),
+        (cancelling, &in_one_piece),
+        (without_a_pause, &in_one_piece),
+        (pausing, &with_pauses),
     ] {
         let driver = Driver {
             steps: steps.iter(),
             bytes: &[],
+            has_waited: false,
         };
         let mut reader = Reader::<_, _, N>::new(driver, P::default());
-        for &answer in &expected {
+        let mut pending = 0;
+        for &answer in answers {
+            let before = std::mem::replace(&mut pending, 0);
             assert_eq!(read(&mut reader), answer, "{steps:02X?}");
-            if answer == Err(ErrorKind::Other) {
-                reader.line_mut().line_event(LineEvent::Overrun, |_| ());
+            match answer {
+                Err(ErrorKind::Other) => reader.line_mut().line_event(LineEvent::Overrun, |_| ()),
+                Err(_) => pending = reader.line().pending(),
+                Ok(setpoint) => joined += u32::from(before > 0 && setpoint.is_some()),
             }
+            errors += u32::from(pending > 0);
         }
-        assert_eq!(reader.line().counters(), &counters, "{steps:02X?}");
+        assert_eq!(reader.line().counters(), counters, "{steps:02X?}");
     }
-    counters
+    occurred.count("a read is cancelled while bytes are pending", cancelled);
+    occurred.count("an error leaves bytes pending", errors);
+    occurred.count(
+        "a frame comes after an error that left bytes pending",
+        joined,
+    );
+    occurred.count_all(&in_one_piece.1);
+    occurred.count_all(&with_pauses.1);
 }
 
 /// Returns the reader's expected answers and the expected counters. The last two answers are those
-/// at the end of the source.
-fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
+/// at the end of the source. If there are pauses, the line pauses after each slice.
+fn expected<F: NaiveFormat>(steps: &[StreamStep], pauses: bool) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();
-    let ends = |step: &StreamStep| matches!(step, StreamStep::Event(event) if error(*event) == ErrorKind::Other);
-    for stretch in steps.split_inclusive(ends) {
+    let end = |step: &StreamStep| match step {
+        StreamStep::Event(event) => {
+            (error(*event) == ErrorKind::Other).then_some(LineEvent::Overrun)
+        }
+        StreamStep::Slice(_) => pauses.then_some(LineEvent::Idle),
+    };
+    for stretch in steps.split_inclusive(|step| end(step).is_some()) {
         let bytes = bytes_of(stretch);
         let outcome = Outcome::expected::<F>(&bytes);
         counted.add(bytes.len(), &outcome.found);
@@ -121,10 +171,13 @@ fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
             }
             if let StreamStep::Event(event) = step {
                 answers.push(Err(error(*event)));
-                if ends(step) {
-                    counted.discarded(outcome.pending, DiscardReason::LineEvent);
-                    counted.line_event(LineEvent::Overrun);
-                }
+            }
+            // A pause counts only if bytes are pending.
+            if let Some(event) = end(step)
+                && (event == LineEvent::Overrun || outcome.pending > 0)
+            {
+                counted.discarded(outcome.pending, DiscardReason::LineEvent);
+                counted.line_event(event);
             }
         }
     }
@@ -132,11 +185,17 @@ fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     (answers, counted.counters)
 }
 
-/// Returns the future's result. The driver never waits, so the future is ready immediately.
-fn now<T>(future: impl Future<Output = T>) -> T {
-    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
-        Poll::Ready(value) => value,
-        Poll::Pending => panic!("the driver was ready"),
+fn poll<T>(future: std::pin::Pin<&mut impl Future<Output = T>>) -> Poll<T> {
+    future.poll(&mut Context::from_waker(Waker::noop()))
+}
+
+/// Polls the future until it is ready, as an executor does.
+fn patient<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(value) = poll(future.as_mut()) {
+            return value;
+        }
     }
 }
 
@@ -150,13 +209,13 @@ mod tests {
     #[test]
     fn a_right_receiver_passes() {
         let stream = Stream(vec![StreamStep::Slice(NOISE_AND_A_FRAME.to_vec())]);
-        check::<Receiver<Bin>, reference::Bin, 16>(&stream);
+        check::<Receiver<Bin>, reference::Bin, 16>(&stream, &mut Occurred::default());
     }
 
     #[test]
     #[should_panic(expected = "checksum_mismatch: 1")]
     fn a_byte_that_is_counted_for_a_wrong_reason_is_a_bug() {
         let stream = Stream(vec![StreamStep::Slice(NOISE_AND_A_FRAME.to_vec())]);
-        check::<WrongReasons, reference::Bin, 16>(&stream);
+        check::<WrongReasons, reference::Bin, 16>(&stream, &mut Occurred::default());
     }
 }

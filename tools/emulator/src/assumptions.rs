@@ -3,8 +3,6 @@
 
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
-/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. Each such event
-/// decrements the field, and resets do not restore the field's value. [`u32::MAX`] means every event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -14,13 +12,14 @@ pub struct Assumptions {
     /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur before
     /// the corresponding data has been transferred to Data RAM", but does not say how long before.
     pub dma_lag: u64,
-    /// Number of ENDRX events of full transfers that are lost.
+    /// Cycles from the last byte of a full transfer being in RAM until ENDRX.
+    pub end_lag: u64,
+    /// Number of ENDRX events of full transfers that will still be lost. Each lost event decrements the number, and
+    /// resets do not restore it. [`u32::MAX`] means every event.
     pub lost_end: u32,
-    /// Number of ENDRX events of full transfers that come twice. The second one does not come if the firmware has read
-    /// ERRORSRC or started another transfer since the first one.
-    pub doubled_end: u32,
-    /// Cycles from an ENDRX until its repetition.
-    pub double_lag: u64,
+    /// Cycles from the ENDRX of a full transfer until it comes again, if it does. It does not come again if the firmware
+    /// has read ERRORSRC or started another transfer since the first one.
+    pub doubled_end: Option<u64>,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
     /// Number of bytes that the FIFO holds. Zephyr's driver assumes five; the specification does not say.
@@ -28,17 +27,24 @@ pub struct Assumptions {
     /// An overrun drops the oldest byte of the FIFO ("previous data is lost"), as in `BabbleSim`'s model. By
     /// default it drops the new byte.
     pub overrun_drops_oldest: bool,
-    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost. The
-    /// specification says: "a start bit is received while the previous data still lies in RXD". By default the overrun
-    /// comes at the end of the byte.
+    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost, or the oldest
+    /// with [`Self::overrun_drops_oldest`]. The specification says: "a start bit is received while the previous data
+    /// still lies in RXD". By default the overrun comes at the end of the byte.
     pub overrun_at_start_bit: bool,
     /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default, writing 1 to a bit clears only
     /// this bit's cause.
     pub any_write_clears: bool,
     /// RXTO also comes with each ENDRX (Zephyr#103578).
     pub causeless_timeout: bool,
-    /// Number of RXTO events after STOPRX that are lost.
-    pub lost_timeout: u32,
+    /// Bits from STOPRX to RXTO. By default these are five bytes of ten bits. The receiver stops after five bytes, or at
+    /// RXTO if RXTO comes later. So if RXTO comes too early, the receiver still runs.
+    pub bits_to_timeout: u64,
+    /// A parity bit makes the time from STOPRX to RXTO longer, as in `BabbleSim`'s model, which counts whole characters.
+    pub timeout_counts_parity: bool,
+    /// STOPRX is ignored: the receiver runs on, and RXTO does not come.
+    pub stop_is_ignored: bool,
+    /// FLUSHRX does not raise RXSTARTED, as in `BabbleSim`'s model.
+    pub flush_is_silent: bool,
     /// STARTRX in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default the receiver mistakes the
     /// byte's next low bit for a start bit.
     pub start_drops_byte: bool,
@@ -56,16 +62,19 @@ impl Default for Assumptions {
     fn default() -> Self {
         Self {
             dma_lag: 32,
+            end_lag: 0,
             lost_end: 0,
-            doubled_end: 0,
-            double_lag: 0,
+            doubled_end: None,
             start_lag: 0,
             fifo: 6,
             overrun_drops_oldest: false,
             overrun_at_start_bit: false,
             any_write_clears: false,
             causeless_timeout: false,
-            lost_timeout: 0,
+            bits_to_timeout: 50,
+            timeout_counts_parity: false,
+            stop_is_ignored: false,
+            flush_is_silent: false,
             start_drops_byte: false,
             start_twice_is_ignored: false,
             start_cuts_period: false,
@@ -77,6 +86,9 @@ impl Default for Assumptions {
 /// The longest lag of EasyDMA, in cycles: less than three tenths of a byte time at 1 Mbaud. EasyDMA is probably never
 /// slower.
 const LONGEST_LAG: u64 = 190;
+/// The longest lag of ENDRX. Together with the lag of EasyDMA, it is less than `NONE_WAITS_AFTER` of the firmware at 1
+/// Mbaud (A1 of theorem 12).
+const LONGEST_END_LAG: u64 = 60;
 
 impl Assumptions {
     /// Returns these assumptions with some fields changed by `change`.
@@ -92,7 +104,7 @@ impl Assumptions {
         self
     }
 
-    /// Returns deviations from the default, each alone and with its name. Leaves out `lost_timeout`.
+    /// Returns deviations from the default, each alone and with its name.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
         let deviations = DEVIATIONS.into_iter().map(|(name, deviate)| {
@@ -110,8 +122,8 @@ impl Assumptions {
     }
 
     /// Returns a random mix of all deviations. The same seed always gives the same mix.
-    /// Numbers are at most as large as in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in another
-    /// quarter every RXTO after STOPRX.
+    /// Numbers are at most as large as in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in a
+    /// quarter STOPRX is ignored.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;
@@ -125,14 +137,12 @@ impl Assumptions {
         };
         let mut mix = Self::default();
         for (name, deviate) in DEVIATIONS {
-            // Each lost ENDRX may also lose bytes, so only one mix in four has one.
-            let rarity = if name == "lost_end" { 3 } else { 1 };
-            if up_to(rarity) == 0 {
+            // Each lost ENDRX may also lose bytes, and each of the others makes another deviation ineffective.
+            let rare = ["lost_end", "stop_is_ignored", "oldest_lost_at_start_bit"];
+            let is_rare = rare.contains(&name);
+            if up_to(if is_rare { 3 } else { 1 }) == 0 {
                 deviate(&mut mix, &mut up_to);
             }
-        }
-        if up_to(3) == 0 {
-            mix.lost_timeout = u32::MAX;
         }
         mix
     }
@@ -141,20 +151,35 @@ impl Assumptions {
 /// Changes an assumption. The argument is a function that returns a number from 0 to its argument.
 type Deviate = fn(&mut Assumptions, &mut dyn FnMut(u64) -> u64);
 
-/// All deviations except `lost_timeout`, which only matters if the firmware stops the receiver. The firmware then waits
-/// longer before it starts the receiver again.
-const DEVIATIONS: [(&str, Deviate); 13] = [
+const DEVIATIONS: [(&str, Deviate); 20] = [
     ("dma_lag", |a, up_to| a.dma_lag = up_to(LONGEST_LAG)),
-    ("lost_end", |a, up_to| a.lost_end = few(up_to)),
+    ("end_lag", |a, up_to| a.end_lag = up_to(LONGEST_END_LAG)),
+    ("lost_end", |a, up_to| {
+        a.lost_end = 1 + u32::try_from(up_to(2)).expect("a small number");
+    }),
     ("doubled_end", |a, up_to| {
-        (a.doubled_end, a.double_lag) = (u32::MAX, up_to(80));
+        a.doubled_end = Some(up_to(80));
     }),
     ("start_lag", |a, up_to| a.start_lag = up_to(LONGEST_LAG)),
     ("fifo", |a, _| a.fifo = 5),
     ("overrun_drops_oldest", |a, _| a.overrun_drops_oldest = true),
     ("overrun_at_start_bit", |a, _| a.overrun_at_start_bit = true),
+    ("oldest_lost_at_start_bit", |a, _| {
+        (a.overrun_drops_oldest, a.overrun_at_start_bit) = (true, true);
+    }),
     ("any_write_clears", |a, _| a.any_write_clears = true),
     ("causeless_timeout", |a, _| a.causeless_timeout = true),
+    ("early_timeout", |a, up_to| {
+        a.bits_to_timeout = 49 - up_to(49);
+    }),
+    ("late_timeout", |a, up_to| {
+        a.bits_to_timeout = 51 + up_to(2_000);
+    }),
+    ("timeout_counts_parity", |a, _| {
+        a.timeout_counts_parity = true;
+    }),
+    ("stop_is_ignored", |a, _| a.stop_is_ignored = true),
+    ("flush_is_silent", |a, _| a.flush_is_silent = true),
     ("start_drops_byte", |a, _| a.start_drops_byte = true),
     ("start_twice_is_ignored", |a, _| {
         a.start_twice_is_ignored = true;
@@ -164,8 +189,3 @@ const DEVIATIONS: [(&str, Deviate); 13] = [
         a.slowness = 100 + u32::try_from(up_to(50)).expect("a small number");
     }),
 ];
-
-/// Returns a number of events to lose or to double.
-fn few(up_to: &mut dyn FnMut(u64) -> u64) -> u32 {
-    1 + u32::try_from(up_to(2)).expect("a small number")
-}

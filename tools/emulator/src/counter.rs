@@ -2,8 +2,8 @@
 //!
 //! A timer of 32 bits counts cycles of 16 MHz / 2^PRESCALER, or triggers of the COUNT task in counter mode. The RTC has
 //! 24 bits and counts at 32 768 Hz. COMPARE\[n\] is raised when the count *becomes* CC\[n\], and the RTC's OVRFLW when
-//! the count becomes 0. A capture copies the count to CC\[n\]. Of the shorts, only those from COMPARE\[n\] to CLEAR are
-//! modelled, and of the RTC neither STOP, PRESCALER, TICK, nor EVTEN for PPI.
+//! the count becomes 0. A capture copies the count to CC\[n\]. The only modelled shorts are those from COMPARE\[n\] to
+//! CLEAR. The RTC's STOP, PRESCALER and TICK, and its EVTEN for PPI, are not modelled.
 //!
 //! The RTC's tasks take effect immediately. On silicon they take effect at the next edges of the low-frequency clock.
 //! The model does not check that the firmware has started this clock.

@@ -35,8 +35,9 @@
 //! | GPIO | `gpio.rs` | `PIN_CNF`, OUT, OUTSET, OUTCLR, IN |
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
-//! Only those registers are modelled that the firmware, the examples and the tests use. Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
-//! this section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
+//! The model has only the registers that the firmware, the examples and the tests use. Each file cites the section of
+//! the *nRF52840 Product Specification* that it follows, and names the questions that this section leaves open. `rsemu`
+//! provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
 //! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
 //! program counter. Such a register never silently reads as zero. This applies to the peripherals' address range only.

@@ -3,7 +3,7 @@
 //! nRF52840 Product Specification, section "Peripheral interface": tasks begin at offset 0x000, and events at 0x100.
 //! INTEN, INTENSET and INTENCLR begin at 0x300. Bit n of INTEN stands for the event at 0x100 + 4 n.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Debug;
 use std::ops::{Index, RangeInclusive};
 
@@ -76,6 +76,8 @@ pub(crate) struct Context {
     /// The current outputs, and all changes of them with their instants.
     pub(crate) pins: Pins,
     pub(crate) pin_changes: Vec<(u64, Pins)>,
+    /// The names of the deviations that have had an effect.
+    pub(crate) deviations: BTreeSet<&'static str>,
     /// The addresses of raised events whose PPI channels have not taken effect yet.
     pub(crate) raised: VecDeque<u32>,
     /// UICR.APPROTECT at the last reset. Later changes take effect at the next reset.
@@ -99,6 +101,7 @@ impl Context {
             pwm_periods: Vec::new(),
             pins: Pins::default(),
             pin_changes: Vec::new(),
+            deviations: BTreeSet::new(),
             raised: VecDeque::new(),
             protection: u32::MAX,
             bites: false,
@@ -113,6 +116,14 @@ impl Context {
         }
     }
 
+    /// Returns whether the chip deviates from the default here. If so, records the deviation's name.
+    pub(crate) fn deviates(&mut self, name: &'static str, deviates: bool) -> bool {
+        if deviates {
+            self.deviations.insert(name);
+        }
+        deviates
+    }
+
     /// Records only the first refusal, because later refusals are consequences of the first one.
     pub(crate) fn refuse(&mut self, refusal: String) {
         self.refusal.get_or_insert(refusal);
@@ -124,7 +135,7 @@ impl Context {
     }
 }
 
-/// What happens if the firmware writes a register.
+/// The effect of writing a register.
 #[derive(Clone, Debug)]
 pub(crate) enum Access {
     /// The register gets the value, which must be one of the modelled values.

@@ -78,7 +78,9 @@ impl Pwm {
         let [a, b, c, d, e, f, g, h] = bytes;
         let values = [[a, b], [c, d], [e, f], [g, h]].map(u16::from_le_bytes);
         self.stopping = false;
-        if self.period_ends_at.is_some() && !context.assumptions.start_cuts_period {
+        if self.period_ends_at.is_some()
+            && !context.deviates("start_cuts_period", context.assumptions.start_cuts_period)
+        {
             self.queued = Some(values);
         } else {
             self.cut_period(context);

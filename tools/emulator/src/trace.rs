@@ -1,6 +1,8 @@
 //! The record of events on the board, in the order in which they happened. Times are in cycles. Each
 //! run of an exception handler is recorded with its cycles, from entry to return.
 
+use std::collections::BTreeSet;
+
 use crate::MICROSECOND;
 
 /// Why the chip was reset.
@@ -92,4 +94,7 @@ pub struct Trace {
     pub pin_changes: Vec<(u64, Pins)>,
     /// Resets, without power-on.
     pub resets: Vec<Reset>,
+    /// The names of the deviations from the default assumptions that have had an effect: see
+    /// [`crate::Assumptions::each`].
+    pub deviations: BTreeSet<&'static str>,
 }

@@ -14,7 +14,7 @@ use shared_child::SharedChild;
 /// The usual limit. No process of a test takes a tenth of this time on an idle computer.
 pub const LIMIT: Duration = Duration::from_secs(60);
 
-/// How long a child of an ended process may hold the process's output.
+/// The longest time for which a child of an ended process may keep the process's output open.
 const HELD: Duration = Duration::from_secs(5);
 
 /// A process that is killed at its time limit, or when this value is dropped. At the limit, reads from its pipes end,

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -156,7 +156,7 @@ pub(crate) fn check(
     program: impl FnOnce() -> Result<String>,
     harness: &Harness,
     cache: &ProofCache,
-    limit: Duration,
+    limit: u64,
 ) -> Answer {
     let start = Instant::now();
     let mut answer = Answer {
@@ -168,7 +168,7 @@ pub(crate) fn check(
         cache,
         harness,
         source: cache.source(harness),
-        ends: start + limit,
+        limit,
     };
     let done = program().and_then(|program| run.all(program, &mut answer));
     if let Err(error) = done {
@@ -237,13 +237,22 @@ fn place(cover: &str) -> String {
     format!("in line {line}, in{function}")
 }
 
+/// Returns the source line of an input such as `u8 at core/src/line.rs:12:5`, if the prover runs in the workspace's root.
+fn source_line(place: &str) -> Option<String> {
+    let (_, at) = place.rsplit_once(" at ")?;
+    let mut parts = at.rsplitn(3, ':').skip(1);
+    let line: usize = parts.next()?.parse().ok()?;
+    let source = fs::read_to_string(parts.next()?).ok()?;
+    Some(source.lines().nth(line.checked_sub(1)?)?.trim().to_owned())
+}
+
 /// The runs of CBMC for one harness.
 struct Run<'a> {
     cache: &'a ProofCache,
     harness: &'a Harness,
     source: PathBuf,
-    /// The end of the harness's time.
-    ends: Instant,
+    /// The limit of processor time, in seconds.
+    limit: u64,
 }
 
 impl Run<'_> {
@@ -275,7 +284,7 @@ impl Run<'_> {
     }
 
     /// Returns the values of a counterexample. Each line has the type of a value, the source position at which the
-    /// harness asked for this value, and the numbers in the value.
+    /// harness asked for this value, the source line, which usually names the variable, and the numbers in the value.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let said = self.output(&["--json-ui", "--trace", "--property", property])?;
         let parts: Vec<Part> = serde_json::from_str(&said.unwrap_or_default())?;
@@ -283,7 +292,8 @@ impl Run<'_> {
         let mut lines: Vec<String> = Vec::new();
         for step in traced.flat_map(|traced| traced.trace) {
             if let Some(place) = step.output.as_deref().and_then(|id| id.strip_prefix(INPUT)) {
-                lines.push(format!("{place} ="));
+                let line = source_line(place).map_or_else(String::new, |line| format!(": {line}"));
+                lines.push(format!("{place}{line} ="));
             } else if let (Some(_), [value]) = (&step.input, step.values.as_slice())
                 && let (Ok(number), Some(line)) =
                     (u128::from_str_radix(&value.binary, 2), lines.last_mut())
@@ -297,20 +307,14 @@ impl Run<'_> {
     /// Returns CBMC's output, or `None` if the time limit is reached.
     fn output(&self, more: &[&str]) -> Result<Option<String>> {
         let answer = self.source.with_extension("txt");
-        let mut command = self.command(more);
-        let file = File::create(&answer)?;
-        command.stdout(file.try_clone()?).stderr(file);
-        let left = self.ends.saturating_duration_since(Instant::now());
-        if status_within(left, &mut command)?.is_none() {
-            return Ok(None);
-        }
-        Ok(Some(fs::read_to_string(&answer)?))
+        let status = status_within(self.limit, &self.command(more), File::create(&answer)?)?;
+        status.map(|_| Ok(fs::read_to_string(&answer)?)).transpose()
     }
 
     /// Returns the command that checks the program.
     fn command(&self, more: &[&str]) -> Command {
         let mut command = Command::new(&self.cache.cbmc.program);
-        // The solver reads its memory in no order. With large pages, CBMC takes a tenth less time.
+        // The solver accesses its memory in an irregular order. With large pages, CBMC takes a tenth less time.
         command.env("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1");
         command
             .arg(&self.source)

@@ -1,16 +1,15 @@
-//! Runs each checker in a process group of its own. The whole group is terminated at the time limit
-//! and when the prover is interrupted.
+//! Runs each checker in a process group of its own. The whole group is terminated at the limit of processor time, and
+//! when the prover is interrupted.
 
 use std::collections::BTreeSet;
-use std::os::unix::process::CommandExt as _;
+use std::fs::File;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::{Command, ExitStatus};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
-use wait_timeout::ChildExt as _;
 
 /// The process groups that are running.
 static RUNNING: Mutex<BTreeSet<Pid>> = Mutex::new(BTreeSet::new());
@@ -39,20 +38,38 @@ pub(crate) fn end_all(code: i32) -> ! {
     std::process::exit(code);
 }
 
-/// Runs the command. Returns its exit status, or `None` if it was terminated at the time limit.
-pub(crate) fn status_within(limit: Duration, command: &mut Command) -> Result<Option<ExitStatus>> {
+/// Runs the command, and writes its output into the file. Returns its exit status, or `None` if it was terminated at the
+/// limit, in seconds of processor time. So other programs on the machine do not affect the outcome.
+pub(crate) fn status_within(
+    seconds: u64,
+    command: &Command,
+    output: File,
+) -> Result<Option<ExitStatus>> {
+    let mut limited = Command::new("sh");
+    limited
+        .args(["-c", r#"ulimit -S -t "$0" && exec "$@""#])
+        .arg(seconds.to_string())
+        .arg(command.get_program())
+        .args(command.get_args())
+        .envs(
+            command
+                .get_envs()
+                .filter_map(|(name, value)| Some((name, value?))),
+        )
+        .stdout(output.try_clone()?)
+        .stderr(output);
     let mut groups = running();
-    let child = command.process_group(0).spawn();
-    let mut child =
-        child.with_context(|| format!("{} does not start", command.get_program().display()))?;
+    let mut child = limited.process_group(0).spawn()?;
     let group = Pid::from_raw(child.id().cast_signed());
     groups.insert(group);
     drop(groups);
-    let status = child.wait_timeout(limit);
+    let status = child.wait();
+    // Terminates the processes that the command has started.
     end(group);
-    child.wait()?;
     running().remove(&group);
-    Ok(status?)
+    let status = status?;
+    let is_late = status.signal() == Some(Signal::SIGXCPU as i32);
+    Ok((!is_late).then_some(status))
 }
 
 /// Returns the command's output without trailing white space. If the command fails, the error
@@ -76,7 +93,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use std::fs;
-    use std::time::Instant;
+    use std::time::{Duration, Instant};
 
     use super::*;
 
@@ -85,9 +102,10 @@ mod tests {
         let file = std::env::temp_dir().join(format!("framelock-child-{}", std::process::id()));
         let mut shell = Command::new("sh");
         shell
-            .args(["-c", "sleep 60 & echo $! > $0; wait"])
+            .args(["-c", "sleep 60 & echo $! > $0; while :; do :; done"])
             .arg(&file);
-        let status = status_within(Duration::from_millis(500), &mut shell).unwrap();
+        let nowhere = File::create("/dev/null").unwrap();
+        let status = status_within(1, &shell, nowhere).unwrap();
         assert!(status.is_none(), "{status:?}");
         let child = fs::read_to_string(&file).unwrap();
         fs::remove_file(&file).unwrap();

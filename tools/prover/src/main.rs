@@ -14,7 +14,6 @@ mod translate;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use clap::{Parser, ValueEnum};
@@ -51,7 +50,7 @@ struct Arguments {
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
-    /// Time limit for each harness, in seconds
+    /// Limit of processor time for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u64,
 
@@ -134,9 +133,9 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
     let cache = ProofCache::new(&sources.target, cbmc)?;
-    let limit = Duration::from_secs(arguments.timeout);
-    // Of each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so that
-    // no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows it first.
+    // In each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so
+    // that no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows
+    // it first.
     if !arguments.fail_fast {
         harnesses.reverse();
     }
@@ -145,7 +144,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
             Language::Rust => translate::program(&module, &harness, &files),
             Language::C { .. } => c_file::program(&harness, &files),
         };
-        let answer = cbmc::check(program, &harness, &cache, limit);
+        let answer = cbmc::check(program, &harness, &cache, arguments.timeout);
         show(&answer, arguments.json);
         if arguments.fail_fast && answer.verdict.is_failure() {
             child_processes::end_all(1);

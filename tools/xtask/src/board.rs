@@ -78,7 +78,7 @@ mod tests {
     /// The emulator's report. A test of the firmware compares it with the emulator.
     const GUIDE: &str = include_str!("../../../docs/board.md");
 
-    /// The report as probe-rs shows it, with a change of one text.
+    /// Returns the report as probe-rs shows it, with a change of one text.
     fn pasted(text: &str, new: &str) -> String {
         let report = lines(GUIDE)
             .unwrap()

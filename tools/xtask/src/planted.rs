@@ -57,7 +57,8 @@ impl Outcome {
 }
 
 impl Test {
-    /// Runs the test in the workspace at `root`, if it needs the firmware's images with those in the folder.
+    /// Runs the test in the workspace at `root`. If the test needs the firmware's images, it uses those in the folder
+    /// `images`.
     pub(crate) fn run(
         &self,
         root: &Path,

@@ -12,15 +12,14 @@ use crate::slow_proofs::SlowProofs;
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
-/// The packages that contain the theorems.
+/// The packages that contain the theorems. Kani's flags in the root's Cargo.toml name the same packages,
+/// and Kani rejects a package that is named twice.
 const THEOREMS: &[&str] = &[
     "framelock",
     "framelock-proofs",
     "framelock-formats",
     "framelock-reception",
 ];
-/// The packages that Kani's flags in the root's Cargo.toml name. Kani rejects a package that is named twice.
-const NAMED_IN_ROOT: &[&str] = &["framelock", "framelock-proofs", "framelock-reception"];
 /// The package with the proofs about the receivers in C, and the package's folder, which also contains harnesses in C.
 pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
 const C_FOLDER: &str = "c/proofs";
@@ -48,7 +47,7 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["harnesses", "of_c", "list"])]
     slow: bool,
 
-    /// Time limit for each harness, in seconds
+    /// Limit for each harness, in seconds: of processor time for the offline prover, of real time for Kani
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u32,
 
@@ -212,7 +211,7 @@ impl Prover {
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs");
                 let packages = self.packages.iter();
-                let further = packages.filter(|it| !NAMED_IN_ROOT.contains(it));
+                let further = packages.filter(|it| !THEOREMS.contains(it));
                 command.args(further.map(|it| format!("--package={it}")));
                 // Kani selects by exact names, because otherwise it would check every harness whose name contains one.
                 let names = if names.is_empty() {

@@ -116,7 +116,7 @@ struct Report {
     tests: TestCount,
     /// Remarks, such as the tool that was chosen.
     notes: Vec<String>,
-    /// The commands that have to run tests, and the number of tests that had ended before.
+    /// The commands that must run tests, each with the number of tests that had ended before the command began.
     announced: Vec<(String, usize)>,
 }
 

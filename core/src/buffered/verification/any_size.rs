@@ -7,7 +7,7 @@
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
-//! smaller buffers, that bytes are copied to the right places. [`pending_bytes_move`] shows it for 64 bytes.
+//! smaller buffers, that bytes are copied to the right places. [`pending_bytes_move`] shows it for 32 bytes.
 
 use core::cell::Cell;
 
@@ -214,9 +214,9 @@ fn take() {
 
 /// A slice is fed while nothing is pending. Each byte starts a frame, because [`take`] covers other bytes.
 #[kani::proof]
-#[kani::unwind(4)]
+#[kani::unwind(3)]
 fn feed() {
-    let questions = Cell::new(2);
+    let questions = Cell::new(1);
     let mut receiver = any_receiver(None, &questions);
     let bytes = any_slice();
     kani::assume(receiver.pending() == 0);
@@ -230,7 +230,7 @@ fn feed() {
 
 /// A slice is fed while bytes are pending.
 #[kani::proof]
-#[kani::unwind(4)]
+#[kani::unwind(3)]
 fn feed_on() {
     let questions = Cell::new(1);
     let mut receiver = any_receiver(None, &questions);
@@ -244,11 +244,11 @@ fn feed_on() {
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// The pending bytes move to the front of a buffer of 64 bytes, in their order.
+/// The pending bytes move to the front of a buffer of 32 bytes, in their order.
 #[kani::proof]
-#[kani::unwind(65)]
+#[kani::unwind(33)]
 fn pending_bytes_move() {
-    const SIZE: usize = 64;
+    const SIZE: usize = 32;
     let questions = Cell::new(0);
     let format = Anything {
         longest: SIZE,

@@ -7,7 +7,7 @@ use crate::{Classification, DiscardReason, Found};
 /// The step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
 /// and asks the format at most once ([`Any`] asserts this). If the format answers `Incomplete`, a step of `poll` waits,
 /// as the reference does. A step of a line event does what the reference does at the end of a stream, and asks
-/// `classify_before`. From then on, the steps drop places as `LineEvent` that the format rejects.
+/// `classify_before`. From then on, the steps drop each place that the format rejects as `LineEvent`.
 fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: usize) {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), most);

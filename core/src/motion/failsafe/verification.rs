@@ -5,7 +5,7 @@
 //! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
 //!   [`output_is_bounded`]), and by no more than the axis moves in the time that has passed (S4, [`speed_is_bounded`]).
 //!   The stated number is at most a quarter of the travel, for all parameters ([`stated_speed`]).
-//! * A step of the clock of more than half its range counts as no time, every other time counts in full for a silence
+//! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
 //!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame
@@ -19,7 +19,8 @@
 //!
 //! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
 //! [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant speed. The other harnesses
-//! replace the products by any ways. For the same reason, [`stated_speed`] divides only by times of up to 5 bits.
+//! replace each product by an arbitrary way. For the same reason, [`stated_speed`] divides only by times of up to 5
+//! bits.
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
 //! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The
@@ -211,7 +212,7 @@ fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     }
 }
 
-/// An axis moves towards its target by the way of its speed, and stops at the target.
+/// A step moves an axis towards its target by its speed, and not beyond the target.
 #[kani::proof]
 fn axis_moves_to_its_target() {
     let before = Axis {
@@ -341,8 +342,9 @@ macro_rules! for_demands {
             }
 
             $(
+                // Kani compares two demands byte by byte.
                 #[kani::proof]
-                #[kani::unwind(3)]
+                #[kani::unwind(5)]
                 fn of_16_bits() {
                     super::check::$module::<u16, $axes>();
                 }
@@ -389,7 +391,7 @@ mod stated_speed {
     }
 }
 
-// Those without a number count frames and ticks, whatever the demands.
+// The harnesses without a number count frames and ticks, which do not depend on the demands.
 for_demands!(
     output_is_bounded 2 speed_is_bounded 2 approach_is_slow 2 approach_ends 2 no_panic 2
     clock_is_checked slow_frames_are_counted only_a_row_starts few_frames_change_nothing silence_stops
@@ -398,8 +400,8 @@ for_demands!(
 mod check {
     use super::{Demand, Failsafe, Phase, Speed, Step, any_failsafe, any_parameters, any_step};
 
-    /// Whatever the state, the time and the frame: the output of an axis differs from the output before by at most the
-    /// stated number of units, and by at most those of the slow speed if the axis is not live.
+    /// Two consecutive outputs of an axis differ by at most the stated number of units, whatever the state, the time
+    /// and the frame. If the axis is not live, the bound of the slow speed holds.
     pub(super) fn output_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let mut failsafe = any_failsafe::<D, AXES>();
         let before = failsafe;

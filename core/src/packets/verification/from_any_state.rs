@@ -28,7 +28,8 @@ fn is_at_a_beginning<K: Kind>(receiver: &Receiver<K>, code: u8) -> bool {
     receiver.is_open && receiver.unstuffing.missing == 0 && (has_begun || is_inside)
 }
 
-/// From any state, the escape byte and a start code lead to a beginning, and deliver nothing.
+/// From any state, the receiver [is at a beginning](is_at_a_beginning) after the escape byte and a start code. These
+/// two bytes deliver nothing.
 fn packet_begins<K: Kind>(kind: K, code: u8) {
     let mut receiver: Receiver<K> = any_receiver(Accepting::any(kind));
     kani::assume(K::STUFFING.begins_packet(code));
@@ -37,7 +38,7 @@ fn packet_begins<K: Kind>(kind: K, code: u8) {
     kani::cover!(receiver.length > 1, "inside an earlier packet");
 }
 
-/// From any beginning, the rest of a packet of one byte delivers this packet.
+/// From any beginning of a packet with one byte, the rest of the packet delivers it.
 fn packet_ends<K: Kind>(kind: K, code: u8, content: u8, rest: &[u8]) {
     let format = Accepting::any(kind);
     kani::assume(format.accepts(&[content]));

@@ -29,8 +29,8 @@ impl Recording {
         })
     }
 
-    /// Records an arrival at this time, in microseconds. In a recording with times, it becomes a line such as
-    /// `(12.345678) 414200`, and a line event another one, such as `(12.345678) parity error`.
+    /// Records an arrival at this time, in microseconds. In a recording with times, the bytes become a line such as
+    /// `(12.345678) 414200`, and the line event becomes a line such as `(12.345678) parity error`.
     #[allow(
         clippy::cast_precision_loss,
         reason = "times until the year 2255 are exact"

@@ -54,7 +54,7 @@ impl Dump {
         })
     }
 
-    /// Returns the bytes of a line, after the bytes that a line `*` before the line replaces.
+    /// Returns the bytes of a line. If a line `*` precedes it, the bytes that `*` stands for come first.
     pub(super) fn line(&mut self, line: &str) -> Result<Vec<u8>> {
         if line.trim() == "*" {
             self.is_repeated = true;

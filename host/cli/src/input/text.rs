@@ -22,8 +22,8 @@ const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent:
 /// The greatest length of a label before the bytes of a line.
 const LONGEST_LABEL: usize = 80;
 
-/// Returns whether the beginning of a text is annotations of sigrok, or hex with times or offsets. All its lines must be,
-/// and some byte must have a digit from A to F, because a device may send lines with decimal numbers.
+/// Returns whether all lines of the beginning of a text are annotations of sigrok, or hex with times or offsets. A
+/// device may send lines with decimal numbers. So in hex, some byte must have a digit from A to F.
 pub(super) fn is_log_or_dump(text: &str) -> bool {
     let text = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
     let mut lines = text.lines().filter(|line| !is_ignored(line));

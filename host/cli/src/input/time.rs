@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 use anyhow::{Result, bail};
 use regex::{Captures, Regex};
 
-/// A time at the beginning of a line: a clock or seconds, perhaps in brackets, with a date or with an arrow behind it.
+/// A time at the beginning of a line: a clock or seconds, perhaps in brackets, with a date before it or an arrow after
+/// it.
 static STAMP: LazyLock<Regex> = LazyLock::new(|| {
     let pattern = r"(?x) ^ \s* (?<open> [\[(] \s* )?
         (?<date> \d{1,4} [-/.] \d{1,2} [-/.] \d{1,4} (?: T | [\s,;_]+ ) )?
@@ -31,7 +32,7 @@ impl Times {
     /// Returns the rest of a line without its time, and stores the time. Returns `None` if the line has no time.
     ///
     /// # Errors
-    /// Returns an error if the line's beginning may be a time or bytes.
+    /// Returns an error if the line's beginning may be either a time or bytes.
     pub(super) fn strip<'l>(&mut self, line: &'l str) -> Result<Option<&'l str>> {
         let Some(found) = STAMP.captures(line) else {
             return Ok(None);

@@ -120,7 +120,7 @@ impl Rate {
 /// Waits for deadlines, and measures the lateness. A message on its channel is a reason to stop.
 pub(super) struct Pacer {
     beginning: Instant,
-    /// The time since the beginning from which due times are counted. Postponing the deadlines increases it.
+    /// Due times are counted from this time after the beginning. Postponing the deadlines increases this time.
     start: Duration,
     /// The largest lateness of a frame.
     pub(super) worst: Duration,

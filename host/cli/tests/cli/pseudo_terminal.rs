@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::retry_on_intr;
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
 
@@ -32,7 +33,8 @@ pub(crate) fn is_ready(end: &File) -> bool {
         tv_sec: 60,
         tv_nsec: 0,
     };
-    poll(&mut [PollFd::new(end, PollFlags::IN)], Some(&limit)).unwrap() == 1
+    let mut ends = [PollFd::new(end, PollFlags::IN)];
+    retry_on_intr(|| poll(&mut ends, Some(&limit))).unwrap() == 1
 }
 
 /// Fills `bytes` from the line.

@@ -171,8 +171,7 @@ fn each_pair_of_special_texts_comes_back_through_each_table() {
     check(&option, &frames.concat(), frames.len());
 }
 
-/// Frames of a description may hold a row of texts and nothing else, which a table could take for a header, a comment or
-/// a blank line.
+/// If frames have only texts, a row of their table may look like a header, a comment or a blank line.
 #[test]
 fn a_table_of_texts_alone_comes_back() {
     let text_only = "

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 /// The pages whose commands run in order and must print the output that the page shows.
 const GUIDES: [&str; 4] = [
-    "docs/from-the-lecture.md",
+    "docs/protocol.md",
     "docs/motion-software.md",
     "docs/own-frame.md",
     "docs/recordings.md",

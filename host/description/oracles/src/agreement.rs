@@ -5,7 +5,8 @@
 use framelock::{Format, Line, LineEvent, PacketReceiver, Stuffing};
 use framelock_description::Description;
 use framelock_formats::CheckedLayout;
-use framelock_oracles::{Stream, StreamStep, cut, faulty, layouts};
+use framelock_formats::layout::Length;
+use framelock_oracles::{Occurred, Stream, StreamStep, cut, faulty, layouts};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -15,31 +16,49 @@ use crate::drawn::{frames, values, with_any_end};
 const LONGEST: usize = 300;
 
 /// Checks a text. The parser must reject the text with a position, or the receiver must deliver the described frames.
-/// Returns the number of delivered frames, or `None` if the text is rejected.
-pub fn is_refused_or_agrees(text: &str) -> Option<usize> {
+/// Counts the rejected texts, the delivered frames of each way in which a frame ends, and the receiver's outcomes.
+pub fn is_refused_or_agrees(text: &str, occurred: &mut Occurred) {
     match Description::parse("any.toml", text) {
         Ok(description) if description.format().longest() <= LONGEST => {
             let mut random = ChaCha8Rng::seed_from_u64(1);
-            Some(agrees_with_the_reference(&description, text, &mut random))
+            let frames = agrees_with_the_reference(&description, text, &mut random, occurred);
+            let layout = *description.kinds[0].layout();
+            for (name, is) in [
+                ("frames of several kinds", description.kinds.len() > 1),
+                ("packets", description.format().packets().is_some()),
+                ("frames of a fixed length", layout.length == Length::Fixed),
+                (
+                    "frames with a length field",
+                    matches!(layout.length, Length::Field(_)),
+                ),
+                (
+                    "frames that a delimiter ends",
+                    layout.length == Length::Delimiter,
+                ),
+                ("frames that silence ends", layout.length == Length::Silence),
+            ] {
+                occurred.count(name, if is { frames as u64 } else { 0 });
+            }
         }
-        Ok(_) => Some(0),
+        Ok(_) => occurred.count("too long for the reference", true),
         Err(why) => {
             let mut lines = text.split('\n');
             let line = lines.nth(why.line - 1).expect("that line is there");
             let columns = 1..=line.chars().count() + 1;
             assert!(columns.contains(&why.column), "{why}");
-            None
+            occurred.count("a rejected text", true);
         }
     }
 }
 
 /// Asserts that receivers of the description and the naive interpreter of its layouts find the same frames on a faulty
-/// line. Also asserts that the receivers deliver each frame of a stream that consists of frames only. Returns the number
-/// of frames in this second stream.
+/// line. Also asserts that the receivers deliver each frame of a stream that consists of frames only. Counts the receivers'
+/// outcomes. Returns the number of frames in this second stream.
 pub fn agrees_with_the_reference(
     description: &Description,
     text: &str,
     random: &mut ChaCha8Rng,
+    occurred: &mut Occurred,
 ) -> usize {
     let format = description.format();
     let mut frames = frames(description, random);
@@ -82,11 +101,11 @@ pub fn agrees_with_the_reference(
     } else {
         cut(&frames.concat(), random)
     };
-    let clean = layouts(format, &all, &line(slices, pauses.ceil(), random));
+    let clean = layouts(format, &all, &line(slices, pauses.ceil(), random), occurred);
     let delivered = (clean.frames as usize, clean.discarded.total());
     assert_eq!(delivered, (frames.len(), 0), "{text}");
     let slices = cut(&faulty(&frames, random), random);
-    layouts(format, &all, &line(slices, pauses, random));
+    layouts(format, &all, &line(slices, pauses, random), occurred);
     frames.len()
 }
 

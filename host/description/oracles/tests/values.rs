@@ -33,8 +33,8 @@ enum Domain {
 }
 use Domain::{Bytes, Decimal, Float, OneOf, Text, Whole};
 
-/// Forms of fields with a position: the number of bytes, the keys, and the values. The number of bytes of an array is that
-/// of a value.
+/// Forms of fields with a position: the number of bytes, the keys, and the values. For an array, the number of bytes is
+/// that of one value.
 const PLACED: &[(usize, &str, Domain)] = &[
     (1, "type = 'u8'", Whole(0, 255)),
     (5, "type = 'u40be'", Whole(0, (1 << 40) - 1)),

@@ -11,10 +11,18 @@ use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Each outcome that is possible in a format occurs.
+/// Each outcome that is possible in a format occurs, and the receivers are in each state.
 #[test]
 fn every_format() {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let (mut random, mut of_all) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
+    // All line events are idle gaps.
+    let by_events = [
+        "break",
+        "broken stuffing",
+        "framing error",
+        "overrun",
+        "parity error",
+    ];
     for format in FORMATS {
         let mut occurred = Occurred::NOTHING;
         for _ in 0..200 {
@@ -29,16 +37,9 @@ fn every_format() {
                 steps.extend(cut(&faulty(&frames, &mut random), &mut random));
                 steps.push(StreamStep::Event(LineEvent::Idle));
             }
-            occurred.count_all(&(format.check)(format, &Stream(steps)));
+            occurred.count_all(&(format.check)(format, &Stream(steps), &mut of_all));
         }
-        // All line events are idle gaps.
-        let mut impossible = vec![
-            "break",
-            "broken stuffing",
-            "framing error",
-            "overrun",
-            "parity error",
-        ];
+        let mut impossible = by_events.to_vec();
         let others = match format.name {
             "SBUS" => "bad header, broken sync, checksum mismatch, too long, unknown message",
             "iBUS" => "bad header, too long, unknown message, wrong terminator",
@@ -57,12 +58,12 @@ fn every_format() {
         impossible.sort_unstable();
         assert_eq!(occurred.missing(), impossible, "{}", format.name);
     }
+    assert_eq!(of_all.missing(), by_events);
 }
 
 /// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a pause
-/// after each frame, too. Asserts that each frame is delivered,
-/// unless a delivered frame shares bytes with it that does not begin later. Returns how many of the frames are
-/// delivered, and how many share bytes with a delivered one.
+/// after each frame, too. Asserts that each frame is delivered, unless it shares bytes with a delivered frame that does
+/// not begin later. Returns how many of the frames are delivered, and how many share bytes with a delivered one.
 pub(crate) fn whole_frames_are_delivered(
     layouts: &[CheckedLayout],
     frames: &[Vec<u8>],

@@ -440,11 +440,12 @@ fn frames_of_any_layout_are_delivered() {
             cut(&frames.concat(), &mut random)
         };
         let noisy = cut(&faulty(&frames, &mut random), &mut random);
-        let counters = layouts(&AnyOf(all), all, &Stream(clean.clone()));
+        let stream = Stream(clean.clone());
+        let counters = layouts(&AnyOf(all), all, &stream, &mut Occurred::default());
         let is_clean = counters.frames as usize == frames.len() && counters.discarded.total() == 0;
         assert!(is_clean, "{counters:?} {layout:?}");
         let stream = Stream([noisy, idle, clean].concat());
-        occurred.count_all(&layouts(&AnyOf(all), all, &stream));
+        layouts(&AnyOf(all), all, &stream, &mut occurred);
         count(&layout, &frames, &mut occurred);
     }
     let impossible = [

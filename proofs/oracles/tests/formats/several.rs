@@ -108,6 +108,7 @@ fn check(all: &'static [CheckedLayout<'static>], bytes: &[u8], occurred: &mut Oc
 #[test]
 fn several_layouts_do_what_the_interpreter_says() {
     let (mut random, mut occurred) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
+    let mut states = Occurred::NOTHING;
     for number in 0..800 {
         let mut all = Vec::new();
         while all.len() < 2 + number % 2 {
@@ -131,7 +132,8 @@ fn several_layouts_do_what_the_interpreter_says() {
             vec![idle],
             cut(&frames.concat(), &mut random),
         ];
-        occurred.count_all(&layouts(&AnyOf(all), all, &Stream(stream.concat())));
+        let stream = Stream(stream.concat());
+        occurred.count_all(&layouts(&AnyOf(all), all, &stream, &mut states));
         let [delivered, lost] = whole_frames_are_delivered(all, &frames, event, &mut random);
         occurred.count("a whole frame is delivered", delivered as u64);
         occurred.count("a whole frame shares bytes with another one", lost as u64);
@@ -140,6 +142,7 @@ fn several_layouts_do_what_the_interpreter_says() {
         check_laws(&AnyOf(all), &mut beginning)
             .unwrap_or_else(|broken| panic!("{broken}: {all:?}"));
     }
+    assert_eq!(states.missing(), ["broken stuffing"]);
     assert_eq!(
         occurred.rarer_than(10),
         ["broken stuffing"],

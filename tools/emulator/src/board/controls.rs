@@ -41,7 +41,10 @@ impl Board {
     /// Sets the uncertain parts of the chip's behaviour, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
         self.slowness = assumptions.slowness;
-        self.shared.chip().context.assumptions = assumptions;
+        let mut chip = self.shared.chip();
+        chip.context.assumptions = assumptions;
+        let is_slow = assumptions.slowness > 100;
+        chip.context.deviates("slowness", is_slow);
     }
 
     /// Wires the line to `pin` (32 * port + pin) instead of P0.08.

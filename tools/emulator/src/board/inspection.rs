@@ -104,6 +104,7 @@ impl Board {
         let context = &mut chip.context;
         (self.trace.pwm_periods).append(&mut context.pwm_periods);
         (self.trace.pin_changes).append(&mut context.pin_changes);
+        (self.trace.deviations).append(&mut context.deviations);
         drop(chip);
         &mut self.trace
     }

@@ -19,6 +19,8 @@ const BAUDRATE: u32 = 0x524;
 const CONFIG: u32 = 0x56C;
 
 const ENABLED: u32 = 8;
+/// The value of CONFIG that adds an even parity bit to each byte.
+const PARITY: u32 = 7 << 1;
 
 /// An open EasyDMA transfer.
 #[derive(Clone, Copy, Debug)]
@@ -39,15 +41,15 @@ impl Transfer {
     }
 }
 
-/// Returns the registers, with the modelled values of ENABLE and CONFIG. `pointer` is the offset of PTR.
-fn registers(pointer: u32, enable: Access, config: Access) -> Vec<Register> {
+/// Returns the registers, with the modelled values of ENABLE. `pointer` is the offset of PTR.
+fn registers(pointer: u32, enable: Access) -> Vec<Register> {
     // RTS, TXD, CTS, RXD.
     let pins = [0x508, PSEL_TXD, 0x510, PSEL_RXD];
     let mut registers = pins.map(|offset| (offset, u32::MAX, ANY)).to_vec();
     registers.extend([
         (ENABLE, 0, enable),
         (BAUDRATE, 0x0400_0000, Access::Plain(1..=u32::MAX)),
-        (CONFIG, 0, config),
+        (CONFIG, 0, Access::Plain(0..=PARITY)),
         (pointer, 0, ANY),
         (pointer + 4, 0, Access::Plain(0..=0xFFFF)),
     ]);

@@ -1,8 +1,8 @@
 //! UARTE0's receiver.
 //!
-//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, stopping, and
-//! the causes of ERROR except parity. Flushing, shorts and the transmitter are not modelled. An access to one of its registers stops the
-//! emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
+//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, parity, stopping, flushing, and the
+//! causes of ERROR. Shorts and UARTE0's transmitter are not modelled. An access to one of the transmitter's registers
+//! stops the emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
@@ -10,12 +10,13 @@
 use std::collections::VecDeque;
 
 use super::sampler::{Heard, Sampler};
-use super::{ENABLE, ENABLED, PSEL_RXD, Transfer, bit, registers};
+use super::{CONFIG, ENABLE, ENABLED, PSEL_RXD, Transfer, bit, registers};
 use crate::line::SerialLine;
 use crate::peripheral::{Access, Common, Context, Peripheral};
 
 const STARTRX: u32 = 0x000;
 const STOPRX: u32 = 0x004;
+const FLUSHRX: u32 = 0x02C;
 const RXDRDY: u32 = 0x108;
 const ENDRX: u32 = 0x110;
 const ENDTX: u32 = 0x120;
@@ -27,11 +28,12 @@ const ERRORSRC: u32 = 0x480;
 const RXD_PTR: u32 = 0x534;
 
 const OVERRUN: u32 = 1;
+const WRONG_PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// The time from STOPRX to RXTO, in characters. The receiver takes up to four more bytes in this time.
-const STOP_AFTER: u64 = 5;
+/// The bits for which the receiver goes on after STOPRX. It takes up to four more bytes in this time.
+const STOP_AFTER: u64 = 50;
 
 #[derive(Debug)]
 pub(crate) struct Reception {
@@ -40,10 +42,16 @@ pub(crate) struct Reception {
     transfer: Option<Transfer>,
     /// The FIFO: bytes, each with the instant from which EasyDMA may take it.
     fifo: VecDeque<(u64, u8)>,
+    /// The instant at which the receiver stops, and the instant of RXTO.
     stops_at: Option<u64>,
+    timeout_at: Option<u64>,
+    /// After STOPRX, the instant from which the receiver may be switched off: when it must have stopped, or RXTO says so.
+    off_from: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
-    /// The instant at which a doubled ENDRX comes for the second time.
+    /// The instant of the pending ENDRX of a full transfer, and the instant at which a doubled ENDRX comes for the
+    /// second time.
+    ended_at: Option<u64>,
     again_at: Option<u64>,
 }
 
@@ -54,9 +62,7 @@ impl Reception {
     pub(crate) fn new() -> Self {
         // The transmitter's events never come, but drivers clear them.
         let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
-        // No flow control, no parity, one stop bit.
-        let config = Access::Plain(0..=0);
-        let mut registers = registers(RXD_PTR, Access::Plain(0..=ENABLED), config);
+        let mut registers = registers(RXD_PTR, Access::Plain(0..=ENABLED));
         // "A '1' clears."
         registers.push((ERRORSRC, 0, Access::ClearOnes));
         Self {
@@ -65,56 +71,104 @@ impl Reception {
             transfer: None,
             fifo: VecDeque::new(),
             stops_at: None,
+            timeout_at: None,
+            off_from: None,
             started_at: None,
+            ended_at: None,
             again_at: None,
         }
     }
 
-    fn start(&mut self, context: &mut Context) -> Result<(), String> {
-        if self.common[ENABLE] != ENABLED {
-            return Ok(());
-        }
-        if self.transfer.is_some() && context.assumptions.start_twice_is_ignored {
-            return Ok(());
-        }
+    /// Returns whether the receiver runs, or EasyDMA may write to RAM.
+    fn runs(&self) -> bool {
+        self.transfer.is_some() || self.sampler.runs()
+    }
+
+    /// Opens a transfer.
+    fn open(&mut self, context: &Context) -> Result<(), String> {
         let transfer = Transfer::of(&self.common, RXD_PTR);
         if self.transfer.is_some() || transfer.size == 0 {
-            return Err(
-                "UARTE0: STARTRX while a transfer is open, or with RXD.MAXCNT 0".to_owned(),
-            );
+            let how = "STARTRX or FLUSHRX while a transfer is open, or with RXD.MAXCNT 0";
+            return Err(format!("UARTE0: {how}"));
         }
         // Both ends of the buffer must be RAM.
         for address in [transfer.pointer, transfer.pointer + transfer.size - 1] {
             context.memory.dma_read(address, &mut [0])?;
         }
         self.transfer = Some(transfer);
-        self.stops_at = None;
+        Ok(())
+    }
+
+    fn start(&mut self, context: &mut Context) -> Result<(), String> {
+        let assumptions = context.assumptions;
+        let is_ignored = self.transfer.is_some() && assumptions.start_twice_is_ignored;
+        if context.deviates("start_twice_is_ignored", is_ignored) {
+            return Ok(());
+        }
+        self.open(context)?;
+        (self.stops_at, self.timeout_at, self.off_from) = (None, None, None);
         self.again_at = None;
         let connected = self.common[PSEL_RXD] == context.line_pin;
         if !self.sampler.runs() && connected {
             context.line.forget_before(context.now);
-            let since = if context.assumptions.start_drops_byte {
-                context.line.character_ends(context.now)
-            } else {
-                context.now
-            };
-            self.sampler.start(since, bit(&self.common));
+            let mut since = context.line.character_ends(context.now);
+            let drops = assumptions.start_drops_byte && since > context.now;
+            if !context.deviates("start_drops_byte", drops) {
+                since = context.now;
+            }
+            let parity = self.common[CONFIG] != 0;
+            self.sampler.start(since, bit(&self.common), parity);
         }
-        self.started_at = Some(context.now + context.assumptions.start_lag);
-        if context.assumptions.start_lag == 0 {
+        self.started_at = Some(context.now + assumptions.start_lag);
+        if !context.deviates("start_lag", assumptions.start_lag > 0) {
             self.overdue_started(context);
         }
         Ok(())
     }
 
+    /// Lets the receiver stop after some time.
+    fn stop(&mut self, context: &mut Context) {
+        if self.runs() && self.off_from.is_none() {
+            let assumptions = context.assumptions;
+            let bit = bit(&self.common);
+            let stopped = context.now + STOP_AFTER * bit;
+            self.off_from = Some(stopped);
+            if context.deviates("stop_is_ignored", assumptions.stop_is_ignored) {
+                return;
+            }
+            let mut bits = assumptions.bits_to_timeout;
+            context.deviates("early_timeout", bits < STOP_AFTER);
+            context.deviates("late_timeout", bits > STOP_AFTER);
+            let longer = assumptions.timeout_counts_parity && self.common[CONFIG] != 0;
+            if context.deviates("timeout_counts_parity", longer) {
+                bits += bits / 10;
+            }
+            let timeout = context.now + bits * bit;
+            self.timeout_at = Some(timeout);
+            self.stops_at = Some(stopped.max(timeout));
+        }
+    }
+
+    /// Moves the FIFO's bytes to RAM, as many as fit, and raises ENDRX.
+    fn flush(&mut self, context: &mut Context) -> Result<(), String> {
+        self.open(context)?;
+        if !context.deviates("flush_is_silent", context.assumptions.flush_is_silent) {
+            self.common.raise(RXSTARTED, context);
+        }
+        self.empty_fifo(context);
+        Ok(())
+    }
+
     /// Returns the pending actions. If several actions are due, the first of them in this list is performed first.
-    fn deadlines(&self, line: &SerialLine) -> [Deadline; 5] {
+    fn deadlines(&self, line: &SerialLine) -> [Deadline; 7] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
         [
             (self.started_at, Self::overdue_started),
+            (self.ended_at, Self::end),
             (self.again_at, Self::end_again),
             (self.stops_at, Self::stopped),
+            (self.timeout_at, Self::timed_out),
             (byte.map(|(ready, _)| *ready), Self::transfer_byte),
             (self.sampler.next(line), Self::listen),
         ]
@@ -125,15 +179,6 @@ impl Reception {
         if self.started_at.take().is_some() {
             self.common.raise(RXSTARTED, context);
         }
-    }
-
-    /// Takes the byte at the head of the FIFO.
-    fn pop(&mut self, context: &mut Context) -> Option<u8> {
-        let (_, byte) = self.fifo.pop_front()?;
-        if !self.fifo.is_empty() {
-            self.common.raise(RXDRDY, context);
-        }
-        Some(byte)
     }
 
     fn error(&mut self, cause: u32, context: &mut Context) {
@@ -148,7 +193,13 @@ impl Reception {
         let heard = due.and_then(|at| self.sampler.advance(at, &mut context.line));
         let is_start = was_between && heard.is_none();
         if is_start && context.assumptions.overrun_at_start_bit && self.is_full(context) {
-            self.fifo.pop_back();
+            let oldest = context.assumptions.overrun_drops_oldest;
+            if context.deviates("oldest_lost_at_start_bit", oldest) {
+                self.fifo.pop_front();
+            } else {
+                context.deviates("overrun_at_start_bit", true);
+                self.fifo.pop_back();
+            }
             self.error(OVERRUN, context);
         }
         if let Some(heard) = heard {
@@ -156,24 +207,33 @@ impl Reception {
         }
     }
 
-    fn is_full(&self, context: &Context) -> bool {
-        self.fifo.len() >= context.assumptions.fifo
+    fn is_full(&self, context: &mut Context) -> bool {
+        let size = context.assumptions.fifo;
+        let is_full = self.fifo.len() >= size;
+        context.deviates("fifo", is_full && size < 6);
+        is_full
     }
 
     fn hear(&mut self, heard: Heard, context: &mut Context) {
         match heard {
             Heard::FramingError => self.error(FRAMING, context),
             Heard::Break => self.error(BREAK, context),
-            Heard::Byte(byte) => {
+            Heard::Byte(byte, is_right) => {
+                if !is_right {
+                    self.error(WRONG_PARITY, context);
+                }
+                let assumptions = context.assumptions;
                 if self.is_full(context) {
                     self.error(OVERRUN, context);
-                    if !context.assumptions.overrun_drops_oldest {
+                    let drops_oldest = assumptions.overrun_drops_oldest;
+                    if !context.deviates("overrun_drops_oldest", drops_oldest) {
                         return;
                     }
                     self.fifo.pop_front();
                 }
+                context.deviates("dma_lag", assumptions.dma_lag != 32);
                 self.fifo
-                    .push_back((context.now + context.assumptions.dma_lag, byte));
+                    .push_back((context.now + assumptions.dma_lag, byte));
                 // A byte is announced when it reaches the FIFO's head, as a Nordic engineer says (Zephyr#27233).
                 if self.fifo.len() == 1 {
                     self.common.raise(RXDRDY, context);
@@ -187,9 +247,12 @@ impl Reception {
         let Some(mut transfer) = self.transfer else {
             return;
         };
-        let Some(byte) = self.pop(context) else {
+        let Some((_, byte)) = self.fifo.pop_front() else {
             return;
         };
+        if !self.fifo.is_empty() {
+            self.common.raise(RXDRDY, context);
+        }
         let address = transfer.pointer + transfer.done;
         let written = context.memory.dma_write(address, &[byte]);
         context.check(written);
@@ -203,46 +266,63 @@ impl Reception {
     fn end_transfer(&mut self, context: &mut Context) {
         if let Some(transfer) = self.transfer.take() {
             self.overdue_started(context);
-            let full = transfer.done == transfer.size;
-            if !(full && lost(&mut context.assumptions.lost_end)) {
+            if transfer.done < transfer.size {
                 self.common.raise(ENDRX, context);
-                if context.assumptions.causeless_timeout {
-                    self.common.raise(RXTO, context);
-                }
-                let comes_again = full && lost(&mut context.assumptions.doubled_end);
-                self.again_at = comes_again.then_some(context.now + context.assumptions.double_lag);
+                return;
+            }
+            let lost = &mut context.assumptions.lost_end;
+            let is_lost = *lost > 0;
+            *lost -= u32::from(is_lost && *lost < u32::MAX);
+            if !context.deviates("lost_end", is_lost) {
+                let lag = context.assumptions.end_lag;
+                context.deviates("end_lag", lag > 0);
+                self.ended_at = Some(context.now + lag);
             }
         }
     }
 
+    /// Raises the ENDRX of a full transfer.
+    fn end(&mut self, context: &mut Context) {
+        self.ended_at = None;
+        self.common.raise(ENDRX, context);
+        if context.deviates("causeless_timeout", context.assumptions.causeless_timeout) {
+            self.raise_timeout(context);
+        }
+        let again = context.assumptions.doubled_end;
+        self.again_at = again.map(|lag| context.now + lag);
+    }
+
     fn end_again(&mut self, context: &mut Context) {
+        context.deviates("doubled_end", true);
         self.again_at = None;
         self.common.raise(ENDRX, context);
     }
 
-    /// Stops the receiver and raises RXTO. Before RXTO, moves as many bytes from the FIFO as fit into the open
-    /// transfer, and ends the transfer.
-    fn stopped(&mut self, context: &mut Context) {
+    /// Moves as many bytes from the FIFO as fit into the open transfer, and ends the transfer.
+    fn empty_fifo(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(context);
         }
         self.end_transfer(context);
+    }
+
+    /// Stops the receiver.
+    fn stopped(&mut self, context: &mut Context) {
+        self.empty_fifo(context);
         self.stops_at = None;
         self.sampler.stop();
-        if !lost(&mut context.assumptions.lost_timeout) {
-            self.common.raise(RXTO, context);
-        }
     }
-}
 
-/// Returns whether this event is lost or doubled. `count` is the number of events that are still to be lost or doubled,
-/// and this function decrements it. [`u32::MAX`] means every event.
-fn lost(count: &mut u32) -> bool {
-    let lost = *count > 0;
-    if *count < u32::MAX {
-        *count = count.saturating_sub(1);
+    /// Raises the RXTO that follows STOPRX.
+    fn timed_out(&mut self, context: &mut Context) {
+        self.timeout_at = None;
+        self.raise_timeout(context);
     }
-    lost
+
+    fn raise_timeout(&mut self, context: &mut Context) {
+        self.common.raise(RXTO, context);
+        self.off_from = self.off_from.map(|at| at.min(context.now));
+    }
 }
 
 impl Peripheral for Reception {
@@ -259,9 +339,15 @@ impl Peripheral for Reception {
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         let clears_all = offset == ERRORSRC && context.assumptions.any_write_clears;
+        let clears_all = context.deviates("any_write_clears", clears_all);
         self.common
             .store(offset, if clears_all { u32::MAX } else { value })?;
         if offset == ENABLE && value == 0 {
+            // The specification does not say what happens to a byte that is being received, or to EasyDMA.
+            if self.runs() && self.off_from.is_none_or(|at| context.now < at) {
+                let refusal = "UARTE0: switched off while its receiver runs";
+                context.refuse(refusal.to_owned());
+            }
             *self = Self {
                 common: self.common.clone(),
                 ..Self::new()
@@ -272,15 +358,15 @@ impl Peripheral for Reception {
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
         match offset {
+            STARTRX | FLUSHRX if self.common[ENABLE] != ENABLED => {}
             STARTRX => {
                 let started = self.start(context);
                 context.check(started)?;
             }
-            STOPRX => {
-                if self.transfer.is_some() || self.sampler.runs() {
-                    let stops_at = context.now + STOP_AFTER * 10 * bit(&self.common);
-                    self.stops_at.get_or_insert(stops_at);
-                }
+            STOPRX => self.stop(context),
+            FLUSHRX => {
+                let flushed = self.flush(context);
+                context.check(flushed)?;
             }
             _ => return None,
         }

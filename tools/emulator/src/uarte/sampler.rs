@@ -7,14 +7,14 @@
 
 use crate::line::SerialLine;
 
-/// The number of the stop bit. Bit 0 is the start bit.
+/// The number of the stop bit, without a parity bit. Bit 0 is the start bit.
 const STOP_BIT: u64 = 9;
 
 /// A byte or an error that the sampler found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
-    /// A byte whose stop bit was high.
-    Byte(u8),
+    /// A byte whose stop bit was high, and whether its parity bit, if any, was right.
+    Byte(u8, bool),
     /// A character without a stop bit.
     FramingError,
     /// The line was low for longer than a whole character. The sampler has already reported the framing error.
@@ -38,12 +38,14 @@ pub(super) struct Sampler {
     state: State,
     /// Cycles of a bit.
     bit: u64,
+    /// Number of parity bits in a character.
+    parity: u64,
 }
 
 impl Sampler {
-    /// Starts sampling at `now`, with `bit` cycles per bit.
-    pub(super) fn start(&mut self, now: u64, bit: u64) {
-        self.bit = bit;
+    /// Starts sampling at `now`, with `bit` cycles per bit, and perhaps an even parity bit before each stop bit.
+    pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
+        (self.bit, self.parity) = (bit, parity.into());
         // A line that is low when the receiver starts counts as a start bit. So if the RX pin floats and is low, a
         // framing error and a break come within about one character after the receiver has started.
         self.state = State::Hunting { since: now };
@@ -72,7 +74,7 @@ impl Sampler {
         match self.state {
             State::Off => None,
             State::Hunting { since } => line.reaches(false, since),
-            State::Character { start } => Some(self.middle(start, STOP_BIT)),
+            State::Character { start } => Some(self.middle(start, STOP_BIT + self.parity)),
             State::Low { break_at, since } => {
                 let high = line.reaches(true, since);
                 [break_at, high].into_iter().flatten().min()
@@ -116,15 +118,18 @@ impl Sampler {
             return None;
         }
         let byte = (0..8).fold(0, |byte, bit| byte | u8::from(sample(1 + bit)) << bit);
-        if sample(STOP_BIT) {
+        let stop_bit = STOP_BIT + self.parity;
+        if sample(stop_bit) {
+            let is_odd = byte.count_ones() % 2 == 1;
+            let is_right = self.parity == 0 || sample(STOP_BIT) == is_odd;
             self.state = State::Hunting { since: now };
-            return Some(Heard::Byte(byte));
+            return Some(Heard::Byte(byte, is_right));
         }
         // The line has been low since its last change, or since the character began.
         let low_since = line
             .change_before(now)
             .map_or(start, |change| change.max(start));
-        let break_at = low_since + (STOP_BIT + 1) * self.bit + 1;
+        let break_at = low_since + (stop_bit + 1) * self.bit + 1;
         self.state = State::Low {
             break_at: Some(break_at.max(now + 1)),
             since: now,

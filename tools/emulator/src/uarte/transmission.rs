@@ -10,8 +10,6 @@ use crate::peripheral::{Access, Common, Context, Peripheral};
 const STARTTX: u32 = 0x008;
 const ENDTX: u32 = 0x120;
 const TXD_PTR: u32 = 0x544;
-/// The value of CONFIG that adds a parity bit to each byte.
-const PARITY: u32 = 7 << 1;
 
 #[derive(Debug)]
 pub(crate) struct Transmission {
@@ -24,7 +22,7 @@ impl Transmission {
     pub(crate) fn new() -> Self {
         // The transmitter is never disabled.
         let enable = Access::Plain(ENABLED..=ENABLED);
-        let registers = registers(TXD_PTR, enable, Access::Plain(0..=PARITY));
+        let registers = registers(TXD_PTR, enable);
         Self {
             common: Common::new("UARTE1", 0x4002_8000, &[ENDTX], registers),
             sending: None,

@@ -45,28 +45,25 @@ fn a_slow_core_is_awake_for_longer_and_wakes_as_often() {
 /// A mix of assumptions is the same each time, and each deviation occurs in some mixes, but not in all.
 #[test]
 fn assumptions_come_one_by_one_and_mixed() {
-    // Lines such as `fifo: 5,`. The first and the last line are no fields.
     let fields = |assumptions: &Assumptions| {
-        let text = format!("{assumptions:#?}");
-        text.lines().map(str::to_owned).collect::<Vec<_>>()
+        let text = format!("{assumptions:?}");
+        text.split(", ").map(str::to_owned).collect::<Vec<_>>()
     };
     let usual = fields(&Assumptions::default());
     let deviations = Assumptions::each();
-    let single = deviations.iter().map(|(_, one)| fields(one));
+    let single = deviations.iter().map(|(_, one)| fields(one)).collect();
     let mixes = (0..200).map(|seed| {
         assert_eq!(Assumptions::mixed(seed), Assumptions::mixed(seed));
         fields(&Assumptions::mixed(seed))
     });
-    let changed = |fields: &[Vec<String>], line: usize| {
-        let changed = fields.iter().filter(|fields| fields[line] != usual[line]);
+    let mixes = mixes.collect();
+    let changed = |all: &Vec<Vec<String>>, place: usize| {
+        let changed = all.iter().filter(|one| one[place] != usual[place]);
         changed.count()
     };
-    let (single, mixes): (Vec<_>, Vec<_>) = (single.collect(), mixes.collect());
-    for (line, field) in usual.iter().enumerate() {
-        let is_deviation = field.contains(": ");
-        let is_single = is_deviation && !field.contains("lost_timeout");
-        assert_eq!(changed(&single, line), usize::from(is_single), "{field}");
-        let in_mixes = changed(&mixes, line);
-        assert_eq!((20..180).contains(&in_mixes), is_deviation, "{field}");
+    for (place, field) in usual.iter().enumerate() {
+        assert!(changed(&single, place) > 0, "{field}");
+        assert!((20..180).contains(&changed(&mixes, place)), "{field}");
     }
+    assert!(single.iter().all(|one| *one != usual));
 }

@@ -110,7 +110,7 @@ fn a_proof_counts_only_for_the_same_program_arguments_covers_and_engine() {
             cache,
             harness,
             source: "harness.c".into(),
-            ends: Instant::now(),
+            limit: 600,
         };
         cache.proof(program, &run.command(&[]), harness)
     };

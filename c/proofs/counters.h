@@ -1,0 +1,37 @@
+/* The receiver that harnesses in Rust step, and its counters. The including file defines RUST_REASONS: the reasons that the
+ * Rust receiver counts, in its order, with the C name of each, or NONE. */
+static X(receiver) receiver;
+static X(message) message;
+
+/* Returns the number of bytes in frames plus the number of discarded bytes. */
+static uint32_t placed(const X(counters) *counters)
+{
+    uint32_t sum = counters->frame_bytes;
+    uint8_t i;
+
+    for (i = 0U; i < XX(REASONS); i++) {
+        sum += counters->discarded[i];
+    }
+    return sum;
+}
+
+/* Returns the counter with this number, in the order of the Rust receiver's counters. */
+uint32_t c_counter(uint8_t place)
+{
+    static const X(outcome) reasons[] = RUST_REASONS;
+    const X(counters) *counters = &receiver.counters;
+
+    switch (place) {
+    case 0: return counters->bytes;
+    case 1: return counters->frames;
+    case 2: return counters->frame_bytes;
+    case 3: return counters->resynchronisations;
+    default: break;
+    }
+    place = (uint8_t)(place - 4U);
+    if (place < XX(EVENTS)) {
+        return counters->events[place];
+    }
+    place = (uint8_t)(place - XX(EVENTS));
+    return (reasons[place] == NONE) ? 0U : counters->discarded[reasons[place]];
+}
