@@ -3,8 +3,6 @@
 //! of a frame, and the number of bytes that the next decision needs. If silence ends the frames, they also compare the
 //! classifications before a line event.
 
-use core::ops::RangeInclusive;
-
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::AnyOf;
 use framelock_formats::crsf::Crsf;
@@ -64,7 +62,7 @@ format_of! {
 use crate::windows::LINE_EVENTS;
 
 /// Every first byte.
-const ANY: RangeInclusive<u8> = 0..=u8::MAX;
+const ANY: Option<u8> = None;
 
 unsafe extern "C" {
     safe fn c_set(place: u8, byte: u8);
@@ -75,19 +73,17 @@ unsafe extern "C" {
     safe fn c_know(place: u8, number: u32, extra: u8);
 }
 
-/// Checks the classification of up to `MOST` bytes, the first of which is in a range. If frames have a delimiter, assumes
-/// that the first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on `seen`.
+/// Checks the classification of up to `MOST` bytes, which begin with `first` if it is stated. If frames have a delimiter,
+/// assumes that the first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT: bool>(
     format: &F,
-    first: RangeInclusive<u8>,
+    first: Option<u8>,
 ) {
     let mut bytes: [u8; MOST] = kani::any();
-    // If there is only one first byte, it is a constant. This saves the solver work.
-    bytes[0] = if first.start() == first.end() {
-        *first.start()
-    } else {
-        kani::any_where(|byte| first.contains(byte))
-    };
+    // A constant saves the solver work.
+    if let Some(first) = first {
+        bytes[0] = first;
+    }
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
     let seen: u8 = kani::any_where(|&seen| seen < count);
     let is_incomplete =
@@ -137,8 +133,8 @@ fn in_c(classification: Classification) -> (u8, usize) {
     (reason, 0)
 }
 
-/// Defines the harnesses of formats, in a module with the name of the C file. Each entry states the format, the range of
-/// the first byte, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and whether
+/// Defines the harnesses of formats, in a module with the name of the C file. Each entry states the format, the first
+/// byte if it is constant, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and whether
 /// silence ends them.
 macro_rules! for_formats {
     ($($file:ident { $($name:ident $format:expr, $first:expr, $most:literal $bound:literal $has_delimiter:literal $is_silent:literal;)* })*) => {
@@ -168,14 +164,14 @@ for_formats! {
     ibus_telemetry { classification_is_same IbusTelemetry, ANY, 8 10 false false; }
     modbus_rtu { classification_is_same ModbusRtu, ANY, 8 10 false true; }
     gnss {
-        ubx_is_same Ubx::<4096>, 0xB5..=0xB5, 10 12 false false;
-        rtcm_is_same Rtcm, 0xD3..=0xD3, 8 10 false false;
+        ubx_is_same Ubx::<4096>, Some(0xB5), 10 12 false false;
+        rtcm_is_same Rtcm, Some(0xD3), 8 10 false false;
     }
-    mavlink1 { classification_is_same Mavlink1(any_messages(&mut [NONE; 4])), 0xFE..=0xFE, 9 12 false false; }
-    mavlink2 { classification_is_same Mavlink2(any_messages(&mut [NONE; 4])), 0xFD..=0xFD, 12 14 false false; }
+    mavlink1 { classification_is_same Mavlink1(any_messages(&mut [NONE; 4])), Some(0xFE), 9 12 false false; }
+    mavlink2 { classification_is_same Mavlink2(any_messages(&mut [NONE; 4])), Some(0xFD), 12 14 false false; }
     mavlink {
-        mavlink1_is_same Mavlink1(any_messages(&mut [NONE; 4])), 0xFE..=0xFE, 9 12 false false;
-        mavlink2_is_same Mavlink2(any_messages(&mut [NONE; 4])), 0xFD..=0xFD, 12 14 false false;
+        mavlink1_is_same Mavlink1(any_messages(&mut [NONE; 4])), Some(0xFE), 9 12 false false;
+        mavlink2_is_same Mavlink2(any_messages(&mut [NONE; 4])), Some(0xFD), 12 14 false false;
     }
 }
 
