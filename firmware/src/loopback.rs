@@ -101,6 +101,7 @@ impl<'a> Receiver<'a> {
     }
 
     /// Switches the receiver off and on. Afterwards the FIFO is empty, no error is set, and a transfer is open.
+    /// Returns the same as [`Self::switch_off`].
     pub(crate) fn switch_on(&self) -> Option<u32> {
         let cycles = self.switch_off();
         self.0.enable.write(|w| w.enable().enabled());

@@ -336,22 +336,27 @@ fn second_start(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
 /// Row 15: measures the time from STOPRX to RXTO, also with a parity bit, and counts how often RXTO comes without STOPRX.
 fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut when_open, mut when_ended, mut without) = (0, 0, 0);
+    let (usual, mut is_usual) = (4 * BYTE..=6 * BYTE, true);
+    let mut measure = |slowest: &mut u32| {
+        let cycles = receiver.switch_on().unwrap_or(u32::MAX);
+        *slowest = cycles.max(*slowest);
+        is_usual &= usual.contains(&cycles);
+    };
     receiver.switch_on();
     for _ in 0..TIMES {
-        when_open = receiver.switch_on().unwrap_or(u32::MAX);
+        measure(&mut when_open);
         receiver.timed_out();
         sender.send(bytes.split_at(1).0, || {});
         without += u32::from(receiver.timed_out());
-        when_ended = receiver.switch_on().unwrap_or(u32::MAX);
+        measure(&mut when_ended);
     }
     receiver.expect_parity(true);
     let with_parity = receiver.switch_off().unwrap_or(u32::MAX);
     receiver.expect_parity(false);
-    let usual = 4 * BYTE..=6 * BYTE;
     answer!(
         "15 cycles from STOPRX to RXTO | 2560 to 3840, with a transfer open or ended; any with a parity bit; RXTO may also come with any of 16 ENDRX | {=u32} open, {=u32} ended, {=u32} with parity, {=u32} with ENDRX | {=str}",
         [when_open, when_ended, with_parity, without],
-        usual.contains(&when_open) && usual.contains(&when_ended)
+        is_usual
     );
 }
 
