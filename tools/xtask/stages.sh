@@ -194,17 +194,6 @@ emulated() {
     emulated_in "$target/firmware/images"
 }
 
-# First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
-# tests under each single assumption.
-#= random (--all): the firmware with many more random streams, and under each assumption about the chip
-random() {
-    images . "$target/firmware"
-    export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
-    emulated_in "$target/firmware/images"
-    unset FRAMELOCK_RANDOM_RUNS
-    emulated_in "$target/firmware/images" --ignored
-}
-
 # The examples are built into the folder in which the guide's commands expect them. The RP2040 has no emulator.
 #= examples (--all): the examples for Embassy and RTIC build without warnings and run in the emulator; the example for the RP2040 builds
 examples() {
@@ -257,9 +246,6 @@ c_proofs() { cargo xtask prove --c; }
 
 #= prover (--all): the offline prover refutes what must fail, and leaves no process running
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
-
-#= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
-bugs() { cargo xtask bugs; }
 
 # Proves the step in images of the sources in a folder, which are built into a folder.
 machine_code_of() {
@@ -389,6 +375,20 @@ web() {
     [ -z "${FRAMELOCK_PICTURES-}" ] || export FRAMELOCK_PICTURES="$PWD/$FRAMELOCK_PICTURES"
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }
+
+# First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
+# tests under each single assumption.
+#= random (--all): the firmware with many more random streams, and under each assumption about the chip
+random() {
+    images . "$target/firmware"
+    export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
+    emulated_in "$target/firmware/images"
+    unset FRAMELOCK_RANDOM_RUNS
+    emulated_in "$target/firmware/images" --ignored
+}
+
+#= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
+bugs() { cargo xtask bugs; }
 
 # The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see proofs/README.md.
 #= mutants (--all): some test notices each small change of the core, layouts and checksums (hours)
