@@ -44,6 +44,7 @@ impl<'a> Sources<'a> {
             stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/stand-in/Cargo.toml").into();
         }
         let lock = lock(&target)?;
+        eprintln!("Compiling the harnesses");
         let stand_in = flags_for(stand_in.as_str(), &target.join("stand-in"))?;
         Ok(Self {
             packages,
