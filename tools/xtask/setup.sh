@@ -2,7 +2,7 @@
 # if everything is there, and fails if something cannot be installed. Tools are installed into $target/tools.
 
 # Prints the way that was chosen. `cargo xtask verify` repeats it in its summary.
-note() { echo "stage note: $*" >&3; }
+note() { echo "remark: $*" >&3; }
 
 have() { for command; do command -v "$command" >/dev/null || return 1; done; }
 
@@ -71,7 +71,7 @@ bare_metal() {
     for chip; do has_core "$chip" >/dev/null 2>&1 || missing=$chip; done
     # Do not retry an unreachable server, because there is another compiler.
     if [ -z "${missing-}" ] || RUSTUP_MAX_RETRIES=0 RUSTUP_DOWNLOAD_TIMEOUT=60 rustup target add "$@"; then
-        note "by $(rustc --version)"
+        note "compiled by $(rustc --version)"
         return
     fi
     linker=$(rustc --print target-libdir)/../bin/rust-lld
@@ -84,5 +84,5 @@ bare_metal() {
     # Debian's compiler has no linker for these targets.
     [ ! -e "$linker" ] ||
         export CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER="$linker" CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER="$linker"
-    note "by Debian's $(/usr/bin/rustc --version), because rustup cannot add $*; core is built from source"
+    note "compiled by Debian's $(/usr/bin/rustc --version), because rustup cannot add $*; core is built from source"
 }

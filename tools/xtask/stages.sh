@@ -93,7 +93,7 @@ interface() {
         [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/documented/$name.txt" "${package%:*}/PUBLIC-API.txt"
         git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/documented/$name.txt"
     done
-    note "by $(rustc --version)"
+    note "compiled by $(rustc --version)"
 }
 
 # Prints the options of cargo that select an image's program and features.

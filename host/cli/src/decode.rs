@@ -258,7 +258,8 @@ impl Decoder {
             let Some(bytes) = found.message() else {
                 return;
             };
-            if counts_kinds {
+            // The hint lists the kinds if none of them is wanted.
+            if counts_kinds || is_partial && self.wanted == 0 {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }
             if is_partial && !self.frame.is_wanted(bytes) {
@@ -328,8 +329,9 @@ impl Decoder {
         let (frames, protocol) = (self.summary.frames, &self.options.frame);
         if frames > 0 && self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
             let only = self.options.only.join(" or ");
+            let kinds = self.summary.kind_names();
             note(&format!(
-                "frames of {protocol}: {frames}, but none of them is {only}"
+                "frames of {protocol}: {frames}, but none of them is {only}; their kinds: {kinds}"
             ));
         }
         if let Some(mut output) = self.summary_output.take() {

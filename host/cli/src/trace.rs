@@ -21,7 +21,7 @@ use crate::serial::PortOptions;
 #[command(after_help = include_str!("help/trace.txt"))]
 pub(crate) struct Arguments {
     /// Trace bytes in hex (with or without spaces), a file, or - for standard input
-    #[arg(value_name = "HEX|FILE|-", required = true)]
+    #[arg(value_name = "HEX|FILE|-", default_value = "-")]
     source: Vec<OsString>,
     /// Receive with lecture (the lecture's machine, which discards a broken frame) or framelock (which
     /// searches it again) [default: both, in one row where they do the same]

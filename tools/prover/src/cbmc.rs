@@ -6,7 +6,7 @@ mod tests;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
@@ -131,13 +131,20 @@ impl Property {
         self.status == Status::Failure
     }
 
-    /// Returns the description, and the position if it is in a header.
+    /// Returns the description. If it only names a function that panics, the source line follows. If it has no position
+    /// in the sources, the position in the checked program follows.
     fn says(&self) -> String {
-        let Self { file, line, .. } = self;
-        if Path::new(file).parent() == Some(Path::new("")) {
-            return self.description.clone();
+        let Self {
+            description,
+            file,
+            line,
+            ..
+        } = self;
+        match source_line(description) {
+            Some(source) if description.starts_with("core::") => format!("{description}: {source}"),
+            Some(_) => description.clone(),
+            None => format!("{description} at {file}:{line}"),
         }
-        format!("{} at {file}:{line}", self.description)
     }
 
     fn holds(&self) -> bool {

@@ -122,7 +122,7 @@ struct Report {
 
 impl Report {
     fn read(&mut self, line: &str) {
-        if let Some(note) = line.strip_prefix("stage note: ") {
+        if let Some(note) = line.strip_prefix("remark: ") {
             if !self.notes.iter().any(|known| known == note) {
                 self.notes.push(note.to_owned());
             }

@@ -48,6 +48,12 @@ impl Summary {
         *self.kinds.entry(kind.to_owned()).or_default() += 1;
     }
 
+    /// Returns the names of the kinds of frames that have been counted, separated by commas.
+    pub(super) fn kind_names(&self) -> String {
+        let names: Vec<&str> = self.kinds.keys().map(String::as_str).collect();
+        names.join(", ")
+    }
+
     /// Counts a line event that the input records.
     pub(super) fn count_event(&mut self, event: LineEvent) {
         *self.line_events.entry(event.to_string()).or_default() += 1;

@@ -116,7 +116,9 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
                     at.word("to")?;
                     at.of_type()?;
                     at.sign(')')?;
-                    format!("((pointer){})", address.text)
+                    let text = format!("((pointer){})", address.text);
+                    let token = address.token;
+                    return Ok(Operand { of, token, text });
                 }
                 "getelementptr" => {
                     // Only the `i8` form is modelled: a base plus an offset in bytes.
