@@ -1,7 +1,8 @@
 /* Proofs about the failsafe. A file that runs these proofs includes the failsafe's header and then this file. The
  * proofs cover all parameters that `init` accepts, and a call in any state that satisfies the invariant, at any time.
- * They show that the call accesses only memory that it may access, does not overflow, keeps the invariant, and that the
- * output of each axis differs from the output before by at most the stated number of units. */
+ * Only the harness of `init` is limited to short travel times, and some that `init` rejects. The proofs show that the
+ * call accesses only memory that it may access, does not overflow, and keeps the invariant. From one call of `poll` to
+ * the next, the output of an axis changes by at most `failsafe_most_per_poll`. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"

@@ -265,8 +265,8 @@ impl Stream {
     }
 
     /// Returns the steps of the simulation. Also returns the time of each corrupted byte, and the time when the error
-    /// was handled. All interrupts of the UART and the DMA are `late`. If it is `None`, each interrupt has a random
-    /// delay, other interrupts delay calls that have begun, and the HAL may be locked.
+    /// was handled. `late` is the delay of every interrupt of the UART and the DMA. If `late` is `None`, each
+    /// interrupt has a random delay, other interrupts may delay calls that have begun, and the HAL may be locked.
     fn simulate(
         &self,
         late: Option<usize>,

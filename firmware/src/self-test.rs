@@ -406,7 +406,7 @@ struct MainLoop {
     largest_step: u32,
     /// The lowest and the highest output.
     range: [u8; 2],
-    /// The largest number of cycles for which handlers interrupted this loop, including a pass of the loop.
+    /// The largest number of cycles of a pass of this loop, with the handlers that interrupted it, but without a poll.
     longest_handler: u32,
 }
 

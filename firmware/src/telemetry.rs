@@ -169,8 +169,7 @@ impl Leds {
         }
     }
 
-    /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and the outputs' state on
-    /// LED3.
+    /// Lights LED1 while in lock, LED2 after a recent line error, and LED3 according to the outputs' state.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, state: OutputState) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;

@@ -64,7 +64,7 @@ impl Layout<'_> {
     }
 
     /// Does the same as [`classify_after`](Self::classify_after), but the known messages are those of `known`. So the
-    /// layout may be a constant, for which the compiler specialises the code, although its messages are not constant.
+    /// compiler can specialise the code for a constant layout, even if the messages are not constant.
     #[inline(always)]
     pub(crate) fn classify_known(
         &self,

@@ -16,7 +16,7 @@ use framelock::{Line, Reader};
 
 use crate::any_parser::AnyParser;
 
-/// A source of which one read may have any result. A later read returns an error.
+/// A source whose first read may have any result. Each later read returns an error.
 struct AnySource<'a> {
     reads: &'a Cell<u8>,
     /// The number of bytes that the source has put into the reader's buffer.

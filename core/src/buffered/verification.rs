@@ -68,7 +68,7 @@
 //! Before the format answers `Incomplete`, the reference at the end of a stream does the same as without a line event.
 //! So the counters do not depend on whether the bytes before the event were pushed or fed. Only a step of a line event
 //! sets `ask_at` to 1: [`steps`] and [`pushes`] show that the other functions do not. The last step of a line
-//! event resets the receiver. So the first step of the next event finds another value.
+//! event resets the receiver. So `ask_at` is not 1 at the first step of the next event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 

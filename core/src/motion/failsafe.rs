@@ -340,8 +340,8 @@ pub struct Output<D, const AXES: usize> {
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///
 /// `frame` and `poll` write the same memory, so neither may interrupt the other. If an interrupt receives frames and a
-/// task of another priority polls, pass the demands through a shared cell that the task empties, and call both
-/// functions from the task, or call each of them in a critical section.
+/// task of another priority polls, there are two ways: call each function in a critical section, or call both functions
+/// from the task. In the second case, the interrupt puts the demands into a shared cell, which the task empties.
 ///
 /// # Examples
 /// ```

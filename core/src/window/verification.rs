@@ -127,7 +127,7 @@ where
     let mut history: [u8; N] = kani::any();
     let since: usize = kani::any_where(|&since| since < N);
     let byte: u8 = kani::any();
-    // Any check: only the check's result matters.
+    // The result of the format's check may be true or false.
     let check: bool = kani::any();
     let before: Window<[u8; N]> = Window::holding(&history, since, kani::any(), &shape);
     let (after, frame) = before.pushed(&shape, byte, |_| check);

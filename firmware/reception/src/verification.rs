@@ -47,10 +47,10 @@
 //! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a time a
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
 //!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
-//!   another value may be late by any amount of time, or lost. A byte that begins to wait later may be stored at any
-//!   later time. The exception is a corrupted byte that is stored, as with a parity error. This byte is stored before
-//!   the timer of the drain that its error begins reaches `NONE_WAITS`. In the model, a byte and its error arrive
-//!   together.
+//!   another value may be late by any amount of time, or lost. A byte that begins to wait after such a time may be
+//!   stored at any later time. The exception is a corrupted byte that is stored, as with a parity error. This byte is
+//!   stored before the timer of the drain that its error begins reaches `NONE_WAITS`. In the model, a byte and its
+//!   error arrive together.
 //! * A2. The FIFO continues to receive while no transfer is open.
 //! * A3. When a byte that was received after an error is stored, ERRORSRC already shows the error. If the corrupted
 //!   byte itself is stored, as with a parity error, ERRORSRC also shows the error by then.

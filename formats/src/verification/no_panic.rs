@@ -244,7 +244,7 @@ fn in_asking_a_layout() {
     kani::cover!(length + 1 == bytes.len(), "another terminator");
 }
 
-/// The fields of messages that are computed from the payload.
+/// Calls the functions of messages that compute a value from the payload.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_fields_of_messages() {

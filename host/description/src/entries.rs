@@ -1,4 +1,4 @@
-//! The entries of a description, as its text has them. Entries have spans, because errors name their positions.
+//! The entries of a description, as written in its text. Entries have spans, because errors name their positions.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

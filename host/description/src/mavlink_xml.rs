@@ -176,7 +176,7 @@ impl<'d> Definition<'d> {
         for (number, message) in self.messages.range(..1 << (8 * width)) {
             let (name, base) = (message.name, &message.fields[..message.base]);
             let fields = if version == 1 { base } else { &message.fields };
-            // Without a largest length, because later definitions may add extensions to a message.
+            // The entry has no largest length, because later definitions may add extensions to a message.
             known.push(format!("\n    [{number}, {}],", extra(name, base)));
             let bytes = hex::glued(&number.to_le_bytes()[..width]);
             let begin = format!("[[kinds.views]]\nname = {name:?}\nat = {at}\nbytes = {bytes:?}");

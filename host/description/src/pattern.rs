@@ -94,9 +94,10 @@ impl Pattern {
         Some((0, begins(&self.first, text)?))
     }
 
-    /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from the
-    /// pattern before the value. If the text ends before that literal, the value reaches to the end of the text. `from`
-    /// is this value or an earlier one, and the index at which it begins.
+    /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from
+    /// the pattern before the value. If the text ends before that literal, the value reaches to the end of the text.
+    /// The search begins at `from`: the number of this value or of an earlier value, and the index at which that value
+    /// begins.
     pub(crate) fn find<'t>(
         &self,
         text: &'t [u8],

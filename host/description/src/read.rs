@@ -176,8 +176,9 @@ impl Kind {
         Ok(view)
     }
 
-    /// Gives the kind its fields. Checks that each field is in every frame that must have it, and outside the sync, the
-    /// length, the checksum and the terminator. Fields may share bytes with each other.
+    /// Gives the kind its fields. Checks, for the shortest and the longest frame, that each field that the frame must
+    /// have is inside the frame, and outside the sync, the length, the checksum and the terminator. Fields may share
+    /// bytes with each other.
     fn place(&mut self, fields: &[ReadField], trailer: Option<Field>) -> Result<(), Located> {
         let longest = self.layout().longest_without_trailer();
         let fixed_length = (self.layout().length == Length::Fixed).then_some(longest);

@@ -102,7 +102,7 @@ struct Zeros {
     /// The index of the first byte that may be left out.
     first: usize,
     /// Whether `encode` leaves out these zero bytes. `encode` writes the zero bytes if a field takes the rest of the
-    /// frame, or if some lengths are not possible.
+    /// frame, or if the frame's length must be a multiple of a number.
     are_left_out: bool,
 }
 

@@ -15,8 +15,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is three
-/// byte times, plus the time in which the next byte arrives.
+/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is just
+/// over four byte times: a pause of three byte times, and the byte after it.
 const IDLE_AFTER: u32 = 35;
 
 /// The machines at one position on the line.

@@ -32,7 +32,7 @@ impl Gpio {
         Self(Common::new("GPIO", 0x5000_0000, &[], registers))
     }
 
-    /// Returns the pins of a port that have such a configuration.
+    /// Returns the pins of a port whose configuration fulfils the condition `are`.
     fn pins(&self, port: u32, are: fn(u32) -> bool) -> u32 {
         let pins = (0..32).filter(|pin| are(self.0[configuration(port, *pin)]));
         pins.fold(0, |pins, pin| pins | 1 << pin)

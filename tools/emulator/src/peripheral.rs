@@ -116,7 +116,7 @@ impl Context {
         }
     }
 
-    /// Returns whether the chip deviates from the default here. If so, records the deviation's name.
+    /// Records the name of a deviation from the default if `deviates` is true. Returns `deviates`.
     pub(crate) fn deviates(&mut self, name: &'static str, deviates: bool) -> bool {
         if deviates {
             self.deviations.insert(name);

@@ -8,9 +8,9 @@
 //! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
-//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame
-//!   after a silence never starts, and fewer frames than a row change neither the output nor the way to park
-//!   ([`few_frames_change_nothing`]). Slow frames are counted ([`slow_frames_are_counted`]).
+//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). Fewer frames,
+//!   and so a single frame, change neither the output nor the way to park ([`few_frames_change_nothing`]). Slow frames
+//!   are counted ([`slow_frames_are_counted`]).
 //! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
 //!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
 //!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an

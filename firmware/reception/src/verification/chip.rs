@@ -68,7 +68,7 @@ pub(super) struct Chip {
 }
 
 impl Chip {
-    /// Returns the number of the first byte in the FIFO that was received after every error.
+    /// Returns the number of the first byte in the FIFO that was received after the last error.
     pub(super) fn first_new(&self) -> u8 {
         self.next - self.new
     }

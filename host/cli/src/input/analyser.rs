@@ -120,7 +120,8 @@ impl Decoded {
         self.push(&row.name, time, byte, event)
     }
 
-    /// Reads an annotation. Returns the arrival before its byte. Samples are no times, because the rate is unknown.
+    /// Reads an annotation. Returns the arrival before its byte. Annotations have no times, because the sample rate is
+    /// unknown.
     pub(super) fn annotation(&mut self, line: &str) -> Result<Option<Arrival>> {
         let found = ANNOTATION.captures(line);
         let found = found.context("this line is no annotation of a UART")?;

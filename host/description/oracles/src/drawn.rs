@@ -62,7 +62,7 @@ const IN_TEXT: &[&str] = &[
     "-",
 ];
 
-/// Returns a frame whose text has a pattern of the kind. Some of the values may be no numbers.
+/// Returns a frame whose text follows one of the kind's patterns. Some of the values may be no numbers.
 pub fn text_frame(kind: &Kind, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let text = kind.texts.choose(random)?;
     let numbers = &IN_TEXT[..*[5, 10, IN_TEXT.len()].choose(random)?];
