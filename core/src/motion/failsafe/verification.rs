@@ -192,7 +192,8 @@ struct Step<D, const AXES: usize> {
     output: Output<D, AXES>,
 }
 
-/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any `slow` and `fast`.
+/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any `slow` and
+/// `fast`.
 fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     let before = any_failsafe::<D, AXES>();
     let mut after = before;
