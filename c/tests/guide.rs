@@ -190,8 +190,8 @@ fn expected(
         }
         at_events += u32::from(text.len() > before);
     }
-    // A broken NMEA sentence is rejected before the next sentence begins, so no complete sentence is pending at an
-    // event.
+    // The program with a ring receives NMEA. A broken NMEA sentence is rejected before the next sentence begins, so no
+    // event delivers a sentence.
     assert!(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"

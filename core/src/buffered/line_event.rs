@@ -1,4 +1,4 @@
-//! Line events: the end of the wait for the rest of a frame. [`LineEvent`] states the rule.
+//! Line events, which end the wait for the rest of a frame. [`LineEvent`] states the rule.
 //!
 //! The rule begins with the first byte about which the format answers `Incomplete`: the byte that waited. From this byte
 //! on, all dropped bytes have the reason [`DiscardReason::LineEvent`], until nothing is pending. Between two steps,

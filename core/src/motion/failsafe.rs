@@ -204,7 +204,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     }
 }
 
-/// The speed of an axis: the longest way that the axis moves in a tick, and in a poll.
+/// The speed of an axis: the most that the axis moves in a tick, and in a poll.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Speed {
     per_tick: u32,
@@ -229,7 +229,7 @@ impl Speed {
         self.per_poll.div_ceil(D::UNIT)
     }
 
-    /// Returns the longest way that an axis moves in a poll after this time.
+    /// Returns the most that an axis moves in a poll that comes `elapsed` ticks after the poll before.
     fn way(self, elapsed: u32) -> u32 {
         self.per_tick.saturating_mul(elapsed).min(self.per_poll)
     }

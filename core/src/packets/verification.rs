@@ -54,7 +54,7 @@ kinds! {
     Break Stuffing::Break;
 }
 
-/// A format of packets with at most `L - 1` bytes, which only their delimiter ends.
+/// A format of packets that have at most `L - 1` bytes and end only with their delimiter.
 #[derive(Clone, Copy)]
 struct Accepting<K, const L: usize> {
     /// The accepted packets, as bits: bit `n` belongs to the packets whose XOR, modulo 8, is `n`.

@@ -5,8 +5,8 @@
 //! * S1. Bytes are handed on in order and once each. No byte that the chip reports as corrupted is handed on. There is
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
 //!   with a good stop bit. The chip does not report this false byte. After a restart, the reception has reported an
-//!   event before the false byte. After [`begin`](crate::Reception::begin) it has reported nothing, but no earlier byte
-//!   was handed on.
+//!   event before the false byte. After [`begin`](crate::Reception::begin), no event precedes the false byte, and no
+//!   other byte was handed on before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. A gap is measured from
 //!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round. If

@@ -239,8 +239,8 @@ fn lengths_behind_three_bytes() {
 
 /// Calls `keeps` with a layout that is arbitrary within these bounds: two alternative syncs of `SYNC` bytes each, two
 /// alternative terminators of `END` bytes each, and one entry in `other_terminators`, of `OTHER` bytes. If `OTHER` is 0,
-/// this entry is missing, and one byte may follow the terminator. The content is `RANGES` ranges of bytes;
-/// without a range, the content is any bytes. The position of the message's number determines where the header ends.
+/// this entry is empty, and a byte may follow the terminator. The content is `RANGES` ranges of bytes; without a range,
+/// the content is any bytes. The position of the message's number determines where the header ends.
 fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, const RANGES: usize>(
     keeps: impl Fn(&Layout),
 ) {

@@ -170,7 +170,8 @@ pub(crate) fn table() -> String {
     let columns = CALLS.map(|call| format!("`{call}`")).join(" | ");
     let rule = " ---: |".repeat(6);
     let mut text = format!("| | longest frame | {columns} |\n| --- |{rule}\n");
-    // `push` of a receiver of fixed length leaves nothing undecided. A line event is one step.
+    // `push` of a receiver of fixed length leaves nothing undecided. A line event takes one step, so the
+    // bounds of both are equal.
     let fixed = [("BIN", 7), ("BIN-CRC8", 8), ("six axes", 16)].map(|(name, longest)| {
         let [push, _, _, _, line_event] = bounds(longest, false);
         (name, longest, [push, 0, line_event, 0, line_event])

@@ -222,8 +222,8 @@ impl Field {
         all.min(self.values())
     }
 
-    /// Returns the number of values that are in a frame of `length` bytes, and their range. Only an array may have fewer
-    /// values than [`values`](Self::values).
+    /// Returns the number of values that are in a frame of `length` bytes, and the range of bytes that they occupy.
+    /// Only an array may have fewer values than [`values`](Self::values).
     #[must_use]
     pub fn present(&self, length: usize) -> (usize, Range<usize>) {
         let partial = || {

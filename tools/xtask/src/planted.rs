@@ -31,8 +31,7 @@ pub(crate) enum Outcome {
     Passed,
     Failed,
     Hangs,
-    /// The tests do not compile, or the test's program ended without a result, or the name is not the name of exactly
-    /// one test.
+    /// The tests do not compile, or the test's program ended without a result, or the name fits no test or several.
     NoResult,
 }
 

@@ -181,8 +181,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     }
 }
 
-/// The state before a poll, the time that the poll counts, the longest ways that an axis may move in this time, and the
-/// output.
+/// The state before a poll, the time that the poll counts, the most that a slow and a fast axis move in this time, and
+/// the output.
 struct Step<D, const AXES: usize> {
     before: Failsafe<D, AXES>,
     after: Failsafe<D, AXES>,
@@ -192,7 +192,8 @@ struct Step<D, const AXES: usize> {
     output: Output<D, AXES>,
 }
 
-/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any ways.
+/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any `slow` and
+/// `fast`.
 fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     let before = any_failsafe::<D, AXES>();
     let mut after = before;

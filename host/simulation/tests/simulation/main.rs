@@ -180,7 +180,7 @@ fn an_idle_gap_rule_acts_in_pauses_that_are_longer_than_the_gap() {
 
 /// Neither receiver notices an inverted bit in pitch, roll or yaw. Any other inverted bit, except in the reserved byte,
 /// costs the frame: 24 fixed bits, 14 start and stop bits, and the 9 idle bits before the frame must arrive as they were
-/// sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). With a checksum almost none remains.
+/// sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). A checksum prevents most of them.
 #[test]
 fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     for bit_flip in [0.001_f64, 0.01] {

@@ -15,7 +15,7 @@ use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Bytes that content does not contain. Terminators of frames with a content begin with these bytes.
+/// Bytes that no layout lists as content. If a layout restricts the content, its terminators begin with these bytes.
 const RESERVED: [u8; 4] = [0x04, b'\n', b'\r', 0xF1];
 
 /// Returns distinct patterns of this length. They begin with bytes of `first`, and often contain more of these bytes.

@@ -32,7 +32,7 @@ const WRONG_PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// The bits for which the receiver goes on after STOPRX. It takes up to four more bytes in this time.
+/// The time for which the receiver runs on after STOPRX, in bits. It takes up to four more bytes in this time.
 const STOP_AFTER: u64 = 50;
 
 #[derive(Debug)]
