@@ -321,8 +321,8 @@ impl Layout<'_> {
         let end = bytes.get(place..).unwrap_or_default();
         let mut may_follow = false;
         for terminator in self.terminators() {
-            let mut both = terminator.iter().zip(end);
-            if both.all(|(wanted, byte)| wanted == byte) {
+            let mut pattern = terminator.iter().enumerate();
+            if pattern.all(|(at, wanted)| end.get(at).is_none_or(|byte| byte == wanted)) {
                 if terminator.len() <= end.len() {
                     return Ok(Some((place, terminator.len())));
                 }
