@@ -135,7 +135,7 @@ for_stuffings!(byte, byte_is_placed);
 for_stuffings!(event, event_is_placed);
 
 #[kani::proof]
-#[kani::unwind(4)]
+#[kani::unwind(5)]
 fn slice() {
     slice_is_pushed(Slip);
 }
