@@ -3,7 +3,8 @@
 //!
 //! The harnesses start from any state, and run the public functions as a whole. They ignore executions in which a
 //! function asks the format more than one or two questions. Such an execution has reached another state at the same place in
-//! the same loop, so its other iterations do the same as the first.
+//! the same loop, so its other iterations do the same as the first. [`feed`] ends at the first question, and [`feed_on`]
+//! and [`take`] run the steps of the two loops of `feed`.
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
@@ -212,36 +213,42 @@ fn take() {
     kani::cover!(placed == MOST, "the longest frame");
 }
 
-/// A slice is fed while nothing is pending. Each byte starts a frame, because [`take`] covers other bytes.
+/// `feed` as a whole, up to the first question. After it, `feed` performs the steps of [`feed_on`] and [`take`].
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed() {
-    let questions = Cell::new(1);
+    let questions = Cell::new(0);
     let mut receiver = any_receiver(None, &questions);
     let bytes = any_slice();
-    kani::assume(receiver.pending() == 0);
     let is_moved = bytes.len() > receiver.buffer.0.len() - receiver.to;
-    let mut placed = 0;
-    receiver.feed(bytes, |found| add(&mut placed, &found));
-    assert!(is_moved || fits(&receiver) && placed + receiver.pending() == bytes.len());
-    kani::cover!(placed == MOST, "the longest frame");
+    let before = receiver.pending() + bytes.len();
+    receiver.feed(bytes, |_| {
+        unreachable!("nothing is found before the first question")
+    });
+    assert!(is_moved || fits(&receiver) && receiver.pending() == before);
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// A slice is fed while bytes are pending.
+/// The steps of `feed` while bytes are pending. An earlier iteration may have taken the first bytes of the slice.
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {
     let questions = Cell::new(1);
     let mut receiver = any_receiver(None, &questions);
     kani::assume(receiver.pending() > 0);
-    let bytes = any_slice();
-    let is_moved = bytes.len() > receiver.buffer.0.len() - receiver.to;
-    let (before, mut placed) = (receiver.pending() + bytes.len(), 0);
-    receiver.feed(bytes, |found| add(&mut placed, &found));
-    assert!(is_moved || fits(&receiver) && placed + receiver.pending() == before);
+    let (bytes, taken) = (any_slice(), any_number());
+    kani::assume(taken <= bytes.len());
+    let mut rest = part(bytes, taken, bytes.len());
+    let is_moved = rest.len() > receiver.buffer.0.len() - receiver.to;
+    let (before, mut placed) = (receiver.pending() + rest.len(), 0);
+    let is_enough = receiver.store_up_to_longest(&mut rest);
+    receiver.poll_step(|found| add(&mut placed, &found));
+    if is_enough {
+        rest = receiver.give_back(bytes, rest);
+    }
+    assert!(is_moved || fits(&receiver) && placed + receiver.pending() + rest.len() == before);
     kani::cover!(placed == MOST, "the longest frame");
-    kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
+    kani::cover!(rest.len() == MOST - 1, "the slice has the pending bytes");
 }
 
 /// The pending bytes move to the front of a buffer of 32 bytes, in their order.
