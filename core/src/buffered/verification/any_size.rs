@@ -229,24 +229,25 @@ fn feed() {
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// The steps of `feed` while bytes are pending. An earlier iteration may have taken the first bytes of the slice.
+/// The steps of `feed` while bytes are pending. `give_back` at other places of a slice is proved in [`steps`](super::steps).
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {
     let questions = Cell::new(1);
     let mut receiver = any_receiver(None, &questions);
     kani::assume(receiver.pending() > 0);
-    let (bytes, taken) = (any_slice(), any_number());
-    kani::assume(taken <= bytes.len());
-    let mut rest = part(bytes, taken, bytes.len());
+    let bytes = any_slice();
+    let mut rest = bytes;
     let is_moved = rest.len() > receiver.buffer.0.len() - receiver.to;
     let (before, mut placed) = (receiver.pending() + rest.len(), 0);
     let is_enough = receiver.store_up_to_longest(&mut rest);
     receiver.poll_step(|found| add(&mut placed, &found));
-    if is_enough {
-        rest = receiver.give_back(bytes, rest);
-    }
     assert!(is_moved || fits(&receiver) && placed + receiver.pending() + rest.len() == before);
+    if is_enough {
+        let left = receiver.pending() + rest.len();
+        rest = receiver.give_back(bytes, rest);
+        assert!(is_moved || fits(&receiver) && receiver.pending() + rest.len() == left);
+    }
     kani::cover!(placed == MOST, "the longest frame");
     kani::cover!(rest.len() == MOST - 1, "the slice has the pending bytes");
 }
