@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Found, Line, LineEvent, Parser, Receiver};
 
-/// The bytes in the DMA's buffer, which lasts 22 ms at 115 200 baud.
+/// The size of the DMA's buffer in bytes. At 115 200 baud, the buffer fills in 22 ms.
 pub(crate) const SIZE: usize = 256;
 
-/// The longest time between two calls of `receive`, in microseconds: half of the time that the buffer lasts.
+/// The longest time between two calls of `receive`, in microseconds: half of the time in which the buffer fills.
 const LATEST: u32 = 11_000;
 
 /// The silence that ends a frame, in microseconds. It is longer than any pause inside a frame, plus the time of a byte.

@@ -20,7 +20,7 @@
 //! the step are the next events of the reference ([`steps`]):
 //!
 //! * `decide` asks the format once, about the first pending place. If the answer is a frame or a rejection, the
-//!   reference gets the same answer, because by law 2 more bytes do not change an answer of these two kinds. Otherwise
+//!   reference gets the same answer, because more bytes do not change an answer of these two kinds (law 2). Otherwise
 //!   both wait.
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, also when the pending bytes move to the front. `next` stores as many bytes as the

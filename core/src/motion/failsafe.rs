@@ -399,7 +399,7 @@ pub struct Failsafe<D, const AXES: usize> {
 struct Axis {
     position: u32,
     is_live: bool,
-    /// Whether the last target was above the axis.
+    /// Whether the last target was above the axis's position.
     rises: bool,
 }
 

@@ -23,7 +23,7 @@
 //! * L3. If an ENDRX is lost, the reception reports the loss and stops the UARTE by the second tick. If the byte in
 //!   memory looks like no byte, the report and the stop come only when the FIFO has overrun. The UARTE is restarted in
 //!   the round that RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first
-//!   round that finds twice the time `GAP` elapsed since the stop. From then on L2 holds. If one ENDRX after another is
+//!   round that runs at least twice `GAP` after the stop. From then on L2 holds. If one ENDRX after another is
 //!   lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before

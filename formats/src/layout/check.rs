@@ -1,4 +1,4 @@
-//! Checks that the parts of a layout agree. Whether frames exist is not checked: a test makes one.
+//! Checks that the parts of a layout agree, but not that the layout has any frames.
 
 mod checksum;
 mod content;

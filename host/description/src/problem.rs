@@ -318,7 +318,7 @@ pub enum EncodeError {
 /// The reason why a value does not fit its field.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Misfit {
-    /// The value has another type than this one.
+    /// The value is not of this type.
     #[error("is not {0}")]
     Not(&'static str),
     /// The value is not a number in the field's range.

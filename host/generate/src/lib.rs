@@ -117,7 +117,7 @@ struct Item {
     /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
     needs: Option<usize>,
     /// The minimum length of a frame with this field, for encoding. `None` if this field never makes a frame longer
-    /// than `start`.
+    /// than the kind's `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,

@@ -146,7 +146,7 @@ pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     layout.terminators().skip(own).collect()
 }
 
-/// Returns true if the bytes are a frame, perhaps because silence follows.
+/// Returns true if the bytes are a frame when silence follows them.
 fn is_whole(layout: &Layout, bytes: &[u8]) -> bool {
     interpret_before(layout, bytes, LineEvent::Idle) == Frame(bytes.len())
 }

@@ -134,8 +134,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     eprintln!("Engine: {}", cbmc.says);
     let cache = ProofCache::new(&sources.target, cbmc)?;
     // In each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so
-    // that no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows
-    // it first.
+    // that no core waits for it at the end. With `--fail-fast`, keep the order: a wrong change makes many
+    // harnesses fail, and a fast one of them shows it first.
     if !arguments.fail_fast {
         harnesses.reverse();
     }

@@ -114,7 +114,7 @@ impl Stream<'_> {
         None
     }
 
-    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other notations.
+    /// Returns the beginning of the stream as it is, with each change of its bytes, and as read in each other notation.
     fn inputs(&self) -> Vec<(Change, Vec<u8>)> {
         let bytes = self.beginning;
         let each = |change: fn(&u8) -> u8| bytes.iter().map(change).collect();
