@@ -115,7 +115,7 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
     };
     let ending_event = protocol.description.ending_event();
     for frame in frames {
-        // A break stands before a packet and after it. A pause is only after a frame.
+        // A break must come before a packet too. A pause before a frame changes nothing.
         for bytes in [&[][..], frame] {
             receiver.feed(bytes, &mut on_outcome);
             if let Some(event) = ending_event {
