@@ -14,9 +14,10 @@ use crate::layout::{CheckedLayout, Length};
 /// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
 /// become a frame of an earlier layout.
 ///
-/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each frame
-/// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
-/// pauses are not reported, put layouts with shorter frames first.
+/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each
+/// frame and is reported, waiting loses no frame, whatever the order of the layouts. The order decides how early a
+/// frame is delivered, and which frame is delivered if bytes fit several layouts. If pauses are not reported, put
+/// layouts with shorter frames first.
 ///
 /// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. Otherwise,
 /// if the bytes of another layout's frame are also a frame of such a layout, the message has the index of whichever
