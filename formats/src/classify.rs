@@ -17,7 +17,7 @@ use crate::layout::{
 /// A parsed header.
 #[derive(Clone, Copy)]
 pub(crate) struct Header {
-    /// The number of bytes in the frame, including its trailer; `None` if a delimiter ends the frame.
+    /// The number of bytes in the frame, including its trailer; `None` if a delimiter or silence ends the frame.
     pub(crate) length: Option<usize>,
     /// The number of bytes in the trailer.
     pub(crate) trailer: usize,

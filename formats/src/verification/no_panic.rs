@@ -87,10 +87,9 @@ fn in_a_crc() {
 }
 
 /// Seals `N` bytes as a frame of an arbitrary layout that has neither a length field nor a checksum.
-/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so
-/// the sync may be missing here.
-/// [`super::laws`] covers the classification of the bytes, which `seal` performs too. So only [`in_sealing_and_classifying`]
-/// calls `seal` as a whole.
+/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync,
+/// so the sync may be missing here. [`super::laws`] covers the classification of the bytes, which `seal` performs too.
+/// So only [`in_sealing_and_classifying`] calls `seal` as a whole.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
@@ -335,9 +334,9 @@ fn in_encoding_ubx() {
     kani::cover!(is_encoded(22), "the longest frame");
 }
 
-/// Encodes a sentence of any byte into a buffer that is too short, and runs the steps of sealing one by one: writes the
-/// parts of the frame, and classifies a frame of constants. With any byte, the search for the end of the frame would be too
-/// much for the prover, because the layout has so many parts.
+/// Encodes a sentence of one arbitrary byte into a buffer that is too short, and runs the steps of sealing one by one:
+/// writes the parts of the frame, and classifies a frame of constants. With an arbitrary byte, the search for the end
+/// of the frame would be too much for the prover, because the layout has so many parts.
 #[kani::proof]
 #[kani::unwind(8)]
 fn in_encoding_nmea() {

@@ -115,7 +115,7 @@ impl Run {
 
     /// Returns the machines at this position.
     pub(crate) fn at(&self, position: usize) -> State {
-        // The lecture's machine does not receive all frames.
+        // The lecture's machine receives only BIN frames.
         let policies = [Policy::Lecture, Policy::Framelock].into_iter();
         let lines = policies.filter_map(|policy| AnyLine::new(&self.protocol, policy).ok());
         let machines = lines.map(|line| Machine::new(line, self.protocol.clone()));
