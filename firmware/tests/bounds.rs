@@ -14,12 +14,13 @@ use crate::resets::{Kind, reset};
 const MOST_PER_POLL: u8 = 6;
 /// The most units per poll in an approach and on the way to park, where 255 units take a second.
 const MOST_PER_SLOW_POLL: u8 = 2;
-/// The most by which a pulse differs from the pulse before, in microseconds. A pulse is decided at most 26 ms after the
-/// pulse before, and moves by 5 us per millisecond. One unit is 4 us.
+/// The most by which a pulse differs from the pulse before, in microseconds. The widths of two pulses in a row are
+/// computed at most 26 ms apart, and a width changes by 5 us per millisecond. One unit is 4 us.
 const MOST_PER_PULSE: u64 = 136;
-/// The same for the pulses before and after a halt, which are decided at most 44 ms apart, not counting the halt.
+/// The same for the pulses before and after a halt, whose widths are computed at most 44 ms apart, not counting the
+/// halt.
 const MOST_PER_HALT: u64 = 226;
-/// The same in an approach and on the way to park, where a pulse moves by 1 us per millisecond.
+/// The same in an approach and on the way to park, where a width changes by 1 us per millisecond.
 const MOST_PER_SLOW_PULSE: u64 = 50;
 /// The time between two frames.
 const FRAME_EVERY: u64 = 20;
