@@ -62,8 +62,8 @@ shown! {
     break_ticks;
     /// How often this program could not access the receiver, which indicates a bug.
     unserved;
-    /// How often the main loop was so late that the outputs moved more slowly than the settings say, or the failsafe's
-    /// clock went backwards.
+    /// Number of polls that came so late that the outputs moved more slowly than the settings say, plus the number of
+    /// polls at which the failsafe's clock had gone backwards.
     late_polls;
 }
 

@@ -9,13 +9,13 @@
 //!   other byte was handed on before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. A gap is measured from
-//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round. If
-//!   rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come counts as
-//!   lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
+//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round.
+//!   If rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come
+//!   counts as lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
-//!   or drops it. If the round drops the byte, an event has been reported since the last byte was handed on, by this
-//!   round or an earlier one. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or
-//!   lost. It clears ENDRX and ERROR.
+//!   or drops it. If the round drops the byte, this round or an earlier one has reported an event since the last byte
+//!   was handed on. Each gap is reported once. The round leaves a transfer open, unless an ENDRX is late or lost. It
+//!   also clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
 //!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no byte
 //!   arrives after the last error, these are at most the byte in memory and the bytes in the FIFO. If rounds are late
@@ -38,9 +38,9 @@
 //! lets the chip take steps between two accesses. L1 to L3 are proved for rounds and ticks during which the chip takes
 //! no step. L2 and L3 also assume that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
-//! Decisions read only the events ENDRX and RXTO. The model also has ERROR, which only wakes the handler. All other
-//! events may be lost, duplicated or late. If no event wakes the handler, the next tick requests the round. RXTO may
-//! come at any time, or never.
+//! Decisions read only the events ENDRX and RXTO. All other events only wake the handler, and may be lost, duplicated
+//! or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick requests the round.
+//! RXTO may come at any time, or never.
 //!
 //! The proof makes these assumptions about the chip. The self-test's table has a row for each:
 //!
@@ -48,9 +48,9 @@
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
 //!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
 //!   another value may be late by any amount of time, or lost. A byte that begins to wait after such a time may be
-//!   stored at any later time. The exception is a corrupted byte that is stored, as with a parity error. This byte is
-//!   stored before the timer of the drain that its error begins reaches `NONE_WAITS`. In the model, a byte and its
-//!   error arrive together.
+//!   stored at any later time. There is one exception: if a corrupted byte is stored, as with a parity error, its error
+//!   begins a drain. The byte is stored before the timer of this drain reaches `NONE_WAITS`. In the model, a byte and
+//!   its error arrive together.
 //! * A2. The FIFO continues to receive while no transfer is open.
 //! * A3. When a byte that was received after an error is stored, ERRORSRC already shows the error. If the corrupted
 //!   byte itself is stored, as with a parity error, ERRORSRC also shows the error by then.
