@@ -141,7 +141,7 @@ impl FrameWriter {
         units
     }
 
-    /// Returns how to write this frame.
+    /// Returns the parts of this frame's output that do not change.
     #[inline]
     fn kind_row(&self, frame: &[u8]) -> &KindRow {
         match &*self.kind_rows {
