@@ -182,7 +182,7 @@ impl Decoder {
             decided: 0,
             wanted: 0,
             beginning: Vec::new(),
-            // A user who only records may not know yet which frames the line has.
+            // Print no hint to a user who only records, and who may not know yet which frames the line has.
             is_hinted: options.record.is_some() && format == OutputFormat::None,
             format,
             next_look: ENOUGH,
@@ -258,7 +258,7 @@ impl Decoder {
             let Some(bytes) = found.message() else {
                 return;
             };
-            // The hint lists the kinds if none of them is wanted.
+            // If no frame is of a wanted kind, a message lists the kinds that occur.
             if counts_kinds || is_partial && self.wanted == 0 {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }

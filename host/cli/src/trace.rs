@@ -166,7 +166,7 @@ impl Machine {
         format!("  frame from offset {from}:{fields}")
     }
 
-    /// Returns the sum that accounts for every byte, for BIN with the current setpoint and the reasons.
+    /// Returns the sum that accounts for every byte. For BIN, adds the current setpoint and the reasons.
     fn sum(&self, width: usize) -> String {
         let counters = self.line.counters();
         let (bytes, frames) = (counters.bytes, counters.frames);

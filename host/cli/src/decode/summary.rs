@@ -21,7 +21,7 @@ pub(super) struct Summary {
     pending: usize,
     discarded_by: DiscardedTotals,
     resynchronisations: u64,
-    /// The number of line events that the input records, of each kind.
+    /// The number of line events of each kind in the input.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     line_events: BTreeMap<String, u64>,
     /// The number of frames of each kind, if there are several kinds.
