@@ -146,7 +146,7 @@ pub(crate) enum Access {
     Clear(u32),
     /// The value's ones clear the register's bits.
     ClearOnes,
-    /// The value's zeros clear the register's bits, as in flash. These bits are broken and stay 1.
+    /// The value's zeros clear the register's bits, as in flash. The bits of this mask are broken and stay 1.
     Flash(u32),
 }
 

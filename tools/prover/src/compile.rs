@@ -18,8 +18,8 @@ use crate::llvm::Module;
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// The optimisation passes that the compiler runs before it writes LLVM's assembly. They inline calls and turn memory
-/// that needs no address into values. They do not change loops. In unchanged loops, CBMC sees loop counters as plain
-/// numbers.
+/// that needs no address into values. They do not change loops, so CBMC knows the value of a loop's counter in each
+/// iteration.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
@@ -40,7 +40,7 @@ impl<'a> Sources<'a> {
         let target = metadata.target_directory.join("prove").into_std_path_buf();
         let mut stand_in = metadata.workspace_root.join(STAND_IN);
         if !stand_in.exists() {
-            // The workspace is another project's.
+            // The workspace belongs to another project, which has no stand-in.
             stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/stand-in/Cargo.toml").into();
         }
         let lock = lock(&target)?;

@@ -80,7 +80,8 @@ impl Test {
         }
         let mut test = cargo_within(limit);
         test.args(["--", "--include-ignored", &self.name]);
-        // Other tests may have names that begin with this one.
+        // A name with modules is complete. Without `--exact`, cargo would also run other tests whose names contain this
+        // one.
         if self.name.contains("::") {
             test.arg("--exact");
         }

@@ -122,8 +122,8 @@ impl FunctionWriter<'_, '_> {
             )),
             ("memcpy.p0.p0.i64" | "memmove.p0.p0.i64", [to, from, length, _]) => {
                 let Ok(length) = length.number() else {
-                    // Rust copies a number of bytes that is not known in advance only between regions that do not
-                    // overlap. The harness's bound on loops limits this loop, too.
+                    // If the length is not a constant, copy byte by byte in a loop. This is correct only if the regions
+                    // do not overlap, as `memcpy` guarantees. The harness's bound on loops limits this loop, too.
                     ensure!(
                         name.starts_with("memcpy"),
                         "memmove: the length is not known"
@@ -202,8 +202,8 @@ fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> Strin
     format!("{says}{place}").replace(['"', '\\', '\n'], "'")
 }
 
-/// Returns the length of a text from the argument after its address. In `fmt::Arguments` without arguments, this is a
-/// pointer whose bits are twice the length plus one.
+/// Returns the length of a text from the argument after its address. In `fmt::Arguments` without arguments, this
+/// argument is a pointer whose bits are twice the length plus one.
 fn text_length(of: &Type, number: i128) -> Option<i128> {
     match of {
         Type::Pointer => (number > 1 && number % 2 == 1).then_some(number / 2),

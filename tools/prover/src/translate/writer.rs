@@ -21,7 +21,7 @@ pub(super) struct FunctionWriter<'p, 'm> {
 /// An operand of an operation.
 pub(super) struct Operand<'a> {
     pub(super) of: Type,
-    /// The operand's first token. A name or a number has no other token.
+    /// The operand's first token. If the operand is a name or a number, this is its only token.
     pub(super) token: &'a Token,
     /// The C expression.
     pub(super) text: String,
