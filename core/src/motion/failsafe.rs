@@ -162,7 +162,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        // For parameters that pass `check`, `fast` is the larger speed. But the prover cannot compare the two divisions.
+        // For parameters that pass `check`, `fast` is the larger speed, but the prover cannot compare the divisions.
         let [slow, fast] = [
             self.slow().units_per_poll::<D>(),
             self.fast().units_per_poll::<D>(),
