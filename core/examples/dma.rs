@@ -4,8 +4,8 @@
 //!
 //! A timer's interrupt calls `receive` every millisecond. The interrupts for an idle line, for half a buffer and for
 //! errors may call it too, at any time, if all these interrupts have the same priority. A late idle interrupt does not
-//! know which bytes came before the silence. So `receive` takes the bytes up to a position that it has read once, and
-//! reports a pause only if this position has not changed for the time of a pause.
+//! know which bytes came before the silence. So `receive` reads the DMA's position once and takes the bytes up to it.
+//! It reports a pause only if the position has not changed for the time `PAUSE`.
 
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 

@@ -346,7 +346,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         }
     }
 
-    /// Takes a byte of the packet, which the received `byte` completes.
+    /// Takes `content`, the next byte of the packet. `byte` is the last received byte of those that stand for it.
     #[inline]
     fn take_content(&mut self, content: u8, byte: u8, report: &mut impl Report) -> Option<Whole> {
         let why = DiscardReason::TooLong;

@@ -28,7 +28,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     ///
     /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes, at most twice.** It calls
     /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes fewer than
-    /// `LONGEST` steps. So an interrupt handler can do one step in each round.
+    /// `LONGEST` steps. So an interrupt handler can do one step at each interrupt.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).

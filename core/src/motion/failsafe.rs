@@ -30,7 +30,7 @@ impl Demand for u8 {}
 impl Demand for u16 {}
 
 mod sealed {
-    /// Positions have 32 bits. A demand is the highest bytes of a position.
+    /// Positions have 32 bits. Their highest bytes are the demand.
     pub trait Position {
         /// One unit of demand.
         const UNIT: u32;
@@ -162,7 +162,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        // The proof of the bound does not know which division gives more, so it takes the larger speed.
+        // For parameters that pass `check`, `fast` is the larger speed, but the prover cannot compare the divisions.
         let [slow, fast] = [
             self.slow().units_per_poll::<D>(),
             self.fast().units_per_poll::<D>(),
@@ -183,9 +183,9 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
         u64::from(ticks).saturating_add(self.ramp_after.into())
     }
 
-    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, in any motion,
-    /// if frames keep coming and no two polls are more than `longest_step` apart. The first poll after this time finds
-    /// every axis live.
+    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, however the
+    /// demands move, if frames keep coming and no two polls are more than `longest_step` apart. The first poll after
+    /// this time finds every axis live.
     #[must_use]
     pub const fn live_after(&self) -> u64 {
         let per_tick = self.slow().per_tick;
@@ -331,11 +331,11 @@ pub struct Output<D, const AXES: usize> {
 /// output. Only `poll` moves the output.
 ///
 /// Two consecutive outputs of an axis differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and
-/// by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes come, whatever
-/// the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a quarter of the
-/// travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and
-/// several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends within
-/// [`live_after`](FailsafeParameters::live_after), however the demands move.
+/// by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever bytes
+/// come, whatever the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a
+/// quarter of the travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves
+/// nothing, and several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends
+/// within [`live_after`](FailsafeParameters::live_after), however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///
@@ -523,8 +523,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         elapsed
     }
 
-    /// Moves each axis by at most the first of the `ways`, or by at most the second if the axis is live. Returns the
-    /// output.
+    /// Moves each axis by at most the first distance in `ways`, or by at most the second if the axis is live. Returns
+    /// the output.
     fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
         let FailsafeParameters {
             park,

@@ -1,7 +1,7 @@
 //! Theorems about the engine, for every format. For each byte of the frame, a format either fixes the value or allows
-//! any value. The format may also have any further check. Each module has one harness per length of frame. The code is
-//! the same for each length. So theorem 6 is proved only for short frames, and for frames that almost or exactly fill
-//! their word.
+//! any value. The format may also have any further check. Each module has one harness per length of frame. Theorem 6 is
+//! proved only for short frames, and for frames that almost or exactly fill their word, because the code is the same
+//! for the other lengths.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window
 //! with a note, from which the number of pending bytes follows. The harnesses start from any window of either kind
@@ -328,9 +328,9 @@ fn any_slice() -> &'static [u8] {
     part(&BYTES, 0, length)
 }
 
-/// Theorem 1: `feed` takes a slice of any length up to 4096 bytes, in any state. The harness runs the function up to the
-/// first check of a whole frame, and each loop of the function up to this check. The other iterations of the loops
-/// perform the same steps. [`long_slice_is_taken`] proves the steps. Any two bytes have the shape of a frame here.
+/// Theorem 1: `feed` takes a slice of any length up to 4096 bytes, in any state. The harness runs the function, and
+/// each of its loops, up to the first check of a whole frame. The other iterations of the loops perform the same steps.
+/// [`long_slice_is_taken`] proves the steps. Any two bytes have the shape of a frame here.
 #[kani::proof]
 #[kani::unwind(17)]
 fn long_slice_is_fed() {

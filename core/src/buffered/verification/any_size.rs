@@ -2,9 +2,9 @@
 //! gives arbitrary answers. No function panics, and each keeps the invariant of [`fits`].
 //!
 //! The harnesses start from any state, and run the public functions as a whole. They ignore executions in which a
-//! function asks the format more than one or two questions. Such an execution has reached another state at the same place in
-//! the same loop, so its other iterations do the same as the first. [`feed`] ends at the first question, and [`feed_on`]
-//! and [`take`] run the steps of the two loops of `feed`.
+//! function asks the format more than one or two questions. Further questions come from later iterations of the same
+//! loop. Like the first iteration, these start from a state that satisfies the invariant. [`feed`] ends at the first
+//! question, and [`feed_on`] and [`take`] run the steps of the two loops of `feed`.
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
@@ -52,7 +52,7 @@ impl AsMut<[u8]> for AnyBuffer {
 #[derive(Clone, Copy)]
 struct Anything<'a> {
     longest: usize,
-    /// The number of further questions about a byte that may start a frame. `None` means that each byte starts one.
+    /// The number of further questions about a byte that may start a frame. `None` means that each byte starts a frame.
     starts: Option<&'a Cell<u8>>,
     /// The number of further questions about several bytes.
     questions: &'a Cell<u8>,

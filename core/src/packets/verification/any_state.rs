@@ -15,7 +15,7 @@ fn byte_is_placed(stuffing: Stuffing) {
     let (mut placed, mut frame_bytes) = (0, 0);
     let frame = receiver.push_with(kani::any(), |one| {
         assert!(one.bytes() > 0);
-        // A frame is the last outcome.
+        // No outcome follows a frame.
         assert!(frame_bytes == 0);
         if let Found::Frame { length, .. } = one {
             frame_bytes = length;

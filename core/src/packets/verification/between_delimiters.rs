@@ -5,7 +5,7 @@ use crate::any_format::{any_line_event, any_up_to, part};
 use crate::stuffing::Unstuffing;
 use crate::{Codes, LineEvent, Stuffing};
 
-/// The number of bytes in the longest packet, and one more.
+/// One more than the number of bytes in the longest packet.
 const LONGEST: usize = 4;
 
 /// The most bytes between two delimiters in these harnesses.

@@ -1,10 +1,10 @@
 //! 14d: DLE framing finds the next packet, whatever came before.
 //!
 //! A whole packet begins with the escape byte and a start code. From any state, the receiver is then [at a
-//! beginning](is_at_a_beginning): either the packet has just begun, or an earlier packet ends with the same two bytes,
-//! because the parity of the escape bytes was lost. From there, the receiver takes the rest of the packet, and delivers
-//! the packet. In these harnesses, an earlier packet that contains the whole packet is always too long. Otherwise it might
-//! be delivered in its place.
+//! beginning](is_at_a_beginning): either the packet has just begun, or these two bytes are the newest content of an
+//! earlier packet. The second case occurs if the receiver takes the escape byte for the second one of a pair. From
+//! there, the receiver takes the rest of the packet, and delivers the packet. In these harnesses, an earlier packet
+//! that contains the whole packet is always too long. Otherwise the earlier packet might be delivered instead.
 
 use super::{Accepting, Dle, Kind, Tsip, fits, receiver_in};
 use crate::any_format::any_up_to;
@@ -78,8 +78,8 @@ fn packet_begins<K: Kind>(kind: K, code: u8) {
     from(true, 3, 1);
 }
 
-/// From any beginning of a packet with one byte, the rest of the packet delivers it. If `content` is `None`, the code is
-/// the packet's byte.
+/// From any beginning of a packet with one byte, the receiver takes the rest of the packet, and delivers the packet. If
+/// `content` is `None`, the code is the packet's byte.
 fn packet_ends<K: Kind>(kind: K, code: u8, content: Option<u8>) {
     let format = Accepting::any(kind);
     kani::assume(format.accepts(&[content.unwrap_or(code)]));
@@ -96,11 +96,11 @@ fn packet_ends<K: Kind>(kind: K, code: u8, content: Option<u8>) {
     from(3);
 }
 
-/// The rest of the packet delivers it. The packet begins after `before` bytes of an earlier packet, or there is no
-/// earlier packet.
+/// The receiver takes the rest of the packet, and delivers the packet. The packet begins after `before` bytes of an
+/// earlier packet, or there is no earlier packet.
 ///
-/// The state is written as constants twice. The values do not change, but the prover need not follow the code for other
-/// values.
+/// Twice, the function overwrites parts of the state with constants that equal the old values. Then the prover need not
+/// follow the code for other values.
 fn ends_from<K: Kind>(
     mut receiver: Receiver<'_, Accepting<K, LONGEST>>,
     before: usize,
