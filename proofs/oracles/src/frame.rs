@@ -36,7 +36,7 @@ pub fn frame(
         };
         (number.at, bytes)
     });
-    // Two of three frames have a trailer, which one bit announces.
+    // If the layout has a trailer, two of three frames carry it. One bit announces the trailer.
     let announced = layout.trailer.filter(|_| choose(3) > 0);
     let bit = announced.map_or(0, |trailer| {
         let bits = (0..8).map(|bit| 1 << bit);

@@ -87,7 +87,8 @@ fn frame_of_the_specification() {
     kani::cover!();
 }
 
-/// A theorem of your own: with one wrong byte, a frame is not accepted with its length.
+/// A theorem of your own: if one byte of a frame is wrong, `classify` does not accept the bytes as a frame of the same
+/// length.
 #[kani::proof]
 #[kani::unwind(8)]
 fn one_wrong_byte_is_noticed() {

@@ -303,7 +303,7 @@ fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
     mask
 }
 
-/// Counts the values for which the condition holds, or the condition itself.
+/// Counts each condition under its name. If a range is given, counts the condition for each value in the range.
 macro_rules! count {
     ($occurred:ident; $($name:literal $(in $range:expr)?, $is:expr;)*) => {
         $(count!(@ $occurred, $name, $($range,)? $is);)*
