@@ -55,9 +55,9 @@ pub struct Field {
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
-/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no value.
-/// `is_special` says whether a value has a rare notation, or has a meaning besides these bits and the scale. `is_simple` says whether the field is neither a
-/// part of a text nor the trailer.
+/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no
+/// value. `is_special` says whether the field has an unusual notation, padding, names, or NaN as the missing value.
+/// `is_simple` says whether the field is neither a part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     pub(crate) place: Option<(Range<usize>, usize)>,

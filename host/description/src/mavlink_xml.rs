@@ -261,7 +261,7 @@ impl<'d> Field<'d> {
             (None, Some((factor, unit))) if !self.is_float() => (factor.parse().ok(), Some(unit)),
             (None, _) => (None, unit),
             (Some(Ok(factor)), _) if !self.is_float() => (Some(factor), unit),
-            // A factor such as 360/255 is no decimal number. Without it, the unit would be wrong.
+            // A factor such as 360/255 is no decimal number, so the value is not scaled. Its unit would then be wrong.
             (Some(_), _) => (None, None),
         }
     }
@@ -273,7 +273,8 @@ impl<'d> Field<'d> {
             Some(_) => text.strip_prefix('[')?.strip_suffix(']')?,
             None => text,
         };
-        // `[x:]` marks each value of an array. `[x]` marks the first value for all, so a 0 among the others is a number.
+        // In `[x:]`, x means that any value of the array is missing. In `[x]`, an x as the first value means that the
+        // whole array is missing. Ignore `[0]`, because a 0 among the other values is a number.
         if self.count.is_some() && text == "0" {
             return None;
         }

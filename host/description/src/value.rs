@@ -335,8 +335,7 @@ impl Scale {
     /// greater one.
     pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
         let (sign, factor) = (self.factor.signum(), self.factor.checked_abs()?);
-        // The other terms of the dividend, and the divisor, are whole numbers. So rounding the first term down does not
-        // change the result.
+        // `twice` rounds down. This does not change the result, because all other numbers in the division are whole.
         let doubled = self.twice(&shown.as_number()?.to_string(), sign)?;
         let doubled = doubled.checked_sub(2 * sign * self.offset)?;
         doubled.checked_add(factor)?.checked_div_euclid(2 * factor)
