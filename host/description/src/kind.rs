@@ -258,8 +258,8 @@ impl Kind {
         shown
     }
 
-    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's bytes, or
-    /// has room for no field. Zeros that the sender has left out count as present.
+    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's
+    /// identifying bytes, or has room for no field. Zeros that the sender has left out count as present.
     #[inline]
     fn shows(&self, frame: &[u8]) -> Option<bool> {
         let (at, bytes) = &self.sign;

@@ -31,7 +31,7 @@ const NUMBERS: &str = "UINT8_MAX 255, UINT16_MAX 65535, UINT32_MAX 4294967295, U
     127, INT16_MAX 32767, INT32_MAX 2147483647, INT64_MAX 9223372036854775807, UINT8_MIN 0, UINT16_MIN 0, UINT32_MIN 0, \
     UINT64_MIN 0, INT8_MIN -128, INT16_MIN -32768, INT32_MIN -2147483648, INT64_MIN -9223372036854775808";
 
-/// The names of columns that every frame has. A field with such a name gets an underscore at its end.
+/// Names of columns that do not come from a message. A field with such a name gets an underscore at its end.
 const TAKEN: &str =
     " offset length time kind sequence system component message signature compatible_flags ";
 

@@ -354,7 +354,8 @@ impl Scale {
         match power {
             Some(power) if more >= 0 => digits.checked_mul(power),
             Some(power) => Some(digits.div_euclid(power)),
-            // The number is nearly 0, or too great.
+            // The power of ten is too great. A number that is divided by it is rounded down to 0 or -1. Only 0 can be
+            // multiplied by it.
             None => (more < 0 || digits == 0).then_some(digits.signum().min(0)),
         }
     }

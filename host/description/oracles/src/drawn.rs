@@ -336,7 +336,7 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
         at += length;
-        // A field that takes the rest of the frame is the last one, because fields may share bytes.
+        // A field that takes the rest of the frame is the last one, because a later field would share bytes with it.
         if rest == "type = 'bytes'" || rest == "type = 'text'" {
             break;
         }

@@ -1,4 +1,4 @@
-//! Tests that the simulation measures what is known about the protocol, and that its counts agree with each other.
+//! Tests that the simulation reproduces known properties of the protocol, and that its counts agree with each other.
 //!
 //! Seeds are fixed, so a test always passes or always fails. The transcripts of `framelock simulate` in
 //! `host/cli/tests/cases/simulate.md` have the numbers of some seeds, among them those of a deaf machine and of ambiguous
