@@ -273,7 +273,7 @@ impl<'d> Field<'d> {
             Some(_) => text.strip_prefix('[')?.strip_suffix(']')?,
             None => text,
         };
-        // In `[x:]`, x means that any value of the array is missing. In `[x]`, an x as the first value means that the
+        // In `[x:]`, each value x of the array means a missing value. In `[x]`, x as the first value means that the
         // whole array is missing. Ignore `[0]`, because a 0 among the other values is a number.
         if self.count.is_some() && text == "0" {
             return None;
