@@ -20,8 +20,8 @@ pub struct PatternValue {
     pub name: Option<String>,
     /// The notation of the value; text for skipped bytes.
     pub notation: Notation,
-    /// The literal after the value, to which the value reaches. Only the literal after the last value may be empty: then
-    /// the value reaches to the end of the text.
+    /// The literal after the value. The value ends where this literal begins. Only the literal after the last value may
+    /// be empty: then the value reaches to the end of the text.
     pub after: Vec<u8>,
 }
 
