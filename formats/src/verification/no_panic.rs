@@ -31,13 +31,15 @@ fn any_extra() -> Option<u8> {
 /// Checks three bytes with an arbitrary checksum of each of these algorithms.
 fn in_checking(algorithms: [Algorithm<'static>; 3]) {
     let bytes: [u8; 3] = kani::any();
+    let mut is_right = false;
     for algorithm in algorithms {
         let sum = Checksum {
             algorithm,
             ..any_checksum()
         };
-        kani::cover!(sum.is_right(&bytes, kani::any(), any_extra()), "right");
+        is_right |= sum.is_right(&bytes, kani::any(), any_extra());
     }
+    kani::cover!(is_right, "right");
 }
 
 #[kani::proof]
