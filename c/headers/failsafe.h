@@ -112,7 +112,7 @@ typedef enum {
     FAILSAFE_PARKED /* every axis is at park */
 } failsafe_phase;
 
-/* The speed of an axis: the longest way that the axis moves in a tick, and in a poll. */
+/* The speed of an axis: the most that the axis moves in a tick, and in a poll. */
 typedef struct {
     uint32_t per_tick;
     uint32_t per_poll;
@@ -183,7 +183,7 @@ static inline failsafe_speed failsafe_speed_of(uint32_t travel, uint32_t longest
     return speed;
 }
 
-/* Returns the longest way that an axis moves in a poll after this time. */
+/* Returns the most that an axis moves in a poll that comes `elapsed` ticks after the poll before. */
 static inline uint32_t failsafe_way(failsafe_speed speed, uint32_t elapsed)
 {
     const uint64_t way = (uint64_t)speed.per_tick * elapsed;

@@ -1,8 +1,8 @@
 /* Proofs about the engine of receivers with a buffer. The engine is in the included files, which the generator copies
- * into each header. Only the names differ, and the type of an index. The classifier here may return any outcome that a
- * layout can return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the
- * invariant accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also
- * show that the step gives each byte exactly one outcome or leaves the byte pending. */
+ * into each header. The copies differ only in the names and in the type of an index. The classifier here may return any
+ * outcome that a layout can return, so the proofs hold for all layouts. The proofs show that a step from any state that
+ * satisfies the invariant accesses only memory that it may access, does not overflow, terminates, and keeps the
+ * invariant. They also show that the step gives each byte exactly one outcome or leaves the byte pending. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

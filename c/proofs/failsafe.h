@@ -1,7 +1,8 @@
 /* Proofs about the failsafe. A file that runs these proofs includes the failsafe's header and then this file. The
  * proofs cover all parameters that `init` accepts, and a call in any state that satisfies the invariant, at any time.
- * They show that the call accesses only memory that it may access, does not overflow, keeps the invariant, and that the
- * output of each axis differs from the output before by at most the stated number of units. */
+ * The harness of `init` is an exception: its travel times are below 256, or so long that `init` rejects them. The
+ * proofs show that the call accesses only memory that it may access, does not overflow, and keeps the invariant. From
+ * one call of `poll` to the next, the output of an axis changes by at most `failsafe_most_per_poll`. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"
@@ -55,7 +56,7 @@ static void start(void)
     ASSUME(platform.fast.per_poll <= FAILSAFE_MOST / 4U);
 }
 
-/* Whether the failsafe has not changed: every member is the same. */
+/* Returns whether every member of the failsafe is unchanged. */
 static bool is_same(const failsafe *before)
 {
     const uint8_t i = nondet_uint8();
@@ -94,8 +95,8 @@ PROOF(init, TURNS)
     start();
     const failsafe before = platform;
 
-    /* The solver cannot divide by any number in reasonable time, so the times are short, or so long that they are
-     * rejected. */
+    /* The solver cannot divide by an arbitrary number in reasonable time, so the times are short, or so long that they
+     * are rejected. */
     parameters.approach_travel = nondet_bool() ? nondet_uint8() : (UINT32_MAX - nondet_uint8());
     parameters.live_travel = nondet_bool() ? nondet_uint8() : (UINT32_MAX - nondet_uint8());
     const bool is_accepted = failsafe_init(&platform, &parameters, now);

@@ -185,10 +185,10 @@ struct Servos([Vec<Pulse>; 3]);
 /// steps of 4 microseconds, and an interrupt may delay an edge.
 const JITTER: u32 = 3;
 
-/// The greatest step between two pulses: 36 ms at 0.2 s for the whole travel.
+/// The greatest step between two pulses: the travel of 36 ms, if the whole travel takes 0.2 s.
 const MOST: u32 = 46;
 
-/// The greatest step in an approach, and on the way to park: 36 ms at 1 s for the whole travel.
+/// The greatest step in an approach, and on the way to park: the travel of 36 ms, if the whole travel takes 1 s.
 const SLOW: u32 = 10;
 
 impl Servos {
@@ -259,7 +259,7 @@ fn the_motion_platform_is_right_after_one_pause() {
     for lost in 0..AMBIGUOUS.len() {
         line.pause(10_000);
         line.send_without(lost, AMBIGUOUS);
-        // Until the pause, the next bytes belong to the group with the lost byte.
+        // Until the next pause, the receiver may read frames from a wrong byte.
         line.repeat_for(20_000, AMBIGUOUS);
         line.pause(10_000);
         line.repeat_for(500_000, AMBIGUOUS);
@@ -274,7 +274,8 @@ fn the_motion_platform_is_right_after_one_pause() {
     }
 }
 
-/// A simulator sends fifty frames a second. The pauses between them are enough, whichever byte is lost.
+/// A simulator sends fifty frames a second. The pauses between the frames let the receiver resynchronise, whichever
+/// byte is lost.
 #[test]
 fn the_motion_platform_never_moves_to_a_wrong_position() {
     let mut line = SerialLine::new();
@@ -288,7 +289,8 @@ fn the_motion_platform_never_moves_to_a_wrong_position() {
     let end = line.now;
     let servos = Servos::run(line, &sketch("MotionPlatform"), &[]);
     servos.assert_at(end, RIGHT);
-    // All right positions are below the middle, so the servos only descend, and never below the right position.
+    // The right position of each servo is below the middle, so the servos only descend, and never below the right
+    // position.
     for (pulses, right) in servos.0.iter().zip(RIGHT) {
         for pair in pulses.windows(2) {
             let [before, after] = [pair[0].position, pair[1].position];
@@ -327,7 +329,7 @@ fn the_motion_platforms_pulses_are_right_for_each_position() {
     }
 }
 
-/// Returns the motion platform's sketch with the changes for text that the page states.
+/// Returns the motion platform's sketch, changed for text as docs/arduino.md describes.
 fn sketch_for_text() -> String {
     let page = include_str!("../../docs/arduino.md").replace("\n   ", "\n");
     let (_, functions) = page.split_once("```cpp\n").unwrap();
@@ -360,7 +362,7 @@ fn the_motion_platform_follows_text() {
         }
         at.push((line.now, expected));
     }
-    // Texts of another kind, and texts that are no numbers, are no setpoints.
+    // None of these texts is a setpoint: the first is of another kind, and the others have invalid numbers.
     for _ in 0..200 {
         line.send(b"<200,200,200>A1x7B0C0XA1.2.3B0C0XAB0C0X");
         line.pause(10_000);
@@ -469,7 +471,7 @@ fn the_crsf_receiver_ignores_further_bytes_of_the_payload() {
     assert_eq!(leds_at(&changes, end), (0, false));
 }
 
-/// Frames whose payload contains the checksum of a frame, and the beginning of this frame.
+/// Frames whose payload contains the end of a wrong frame, and then the beginning of the next wrong frame.
 #[test]
 fn the_crsf_receiver_is_right_after_one_pause() {
     let payload = |check: [u8; 2]| {

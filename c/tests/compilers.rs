@@ -55,8 +55,9 @@ impl Program {
 impl Compiler {
     /// Compiles a program so that it exits with an error at undefined behaviour. With gcc, it also exits with an error
     /// at an access outside of an object. The program is not optimised, because compiling takes longer than running.
-    /// Other tests optimise the same headers for microcontrollers. `source` is one of the `files`, which are written beside the program, or a
-    /// file in the folder of these tests. The program may include the `files` and the shipped headers.
+    /// Other tests optimise the same headers for microcontrollers. `source` is one of the `files`, which are written
+    /// beside the program, or a file in the folder of these tests. The program may include the `files` and the shipped
+    /// headers.
     pub(crate) fn program(
         &self,
         source: &str,
@@ -118,8 +119,9 @@ pub(crate) fn include_headers() -> String {
     format!("-I{}", headers::folder().display())
 }
 
-/// Returns a command that compiles with this compiler, unless the same source has been compiled before. The outputs are
-/// kept in the build folder. The command is the same in each temporary folder only if its paths are relative.
+/// Returns a command that compiles with this compiler, or copies the output from the build folder if the same command
+/// has compiled the same source before. Its paths must be relative, so that it is the same command in each temporary
+/// folder.
 pub(crate) fn cached(compiler: &str) -> Command {
     let mut command = Command::new("ccache");
     command.arg(compiler);
@@ -130,8 +132,8 @@ pub(crate) fn cached(compiler: &str) -> Command {
     command
 }
 
-/// Runs a program that must exit successfully within the time limit. Returns its standard output, followed by its standard error. `package`
-/// is the Debian package that contains the program.
+/// Runs a program that must exit successfully within the time limit. Returns its standard output, followed by its
+/// standard error. `package` is the Debian package that contains the program.
 pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> String {
     let output = match command.run_to_end(input) {
         Err(error) if error.kind() == ErrorKind::NotFound => {

@@ -3,8 +3,7 @@
 /// The name and the text of a description.
 type Named = (&'static str, &'static str);
 
-/// Returns descriptions with every way in which a frame can end, and with every checksum, that no shipped description
-/// has.
+/// Returns descriptions that cover the ends of frames and the checksums that no shipped description has.
 pub(crate) fn forms() -> Vec<Named> {
     read(include_str!("forms.txt"))
 }

@@ -312,7 +312,7 @@ impl Reference {
                 with_line!(&mut self.line, line => if let Some(frame) = line.push(byte) {
                     self.digest.mix_frame(frame.message(), self.has_kinds);
                 });
-                // A receiver with a window leaves no decision to later calls.
+                // A C receiver with a window needs no poll, so poll the Rust receiver now.
                 if self.is_window {
                     self.poll();
                 }
@@ -403,8 +403,8 @@ fn has_long_runs(description: &Description, bytes: usize) -> bool {
     20 * description.format().longest() < bytes
 }
 
-/// Makes a frame about as long as possible, or a few bytes too long: repeats the byte in its middle. If a terminator,
-/// silence or a delimiter ends frames, the result is often whole.
+/// Makes a frame about as long as possible, or a few bytes too long: repeats the byte in its middle. Returns `None`
+/// unless a terminator, silence or a delimiter ends the frames.
 fn long_run(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = description.kinds[description.number(frame)].layout();
     let has_any_length = [Length::Delimiter, Length::Silence].contains(&layout.length);
@@ -417,8 +417,8 @@ fn long_run(description: &Description, frame: &[u8], random: &mut ChaCha8Rng) ->
     description.sent(&all)
 }
 
-/// Returns random steps with at least `bytes` bytes, which arrive on a faulty line. Some steps are line events and polls.
-/// If an event ends frames, most frames are between two such events.
+/// Returns random steps with at least `bytes` bytes, which arrive on a faulty line. Some steps are line events and
+/// polls. If an event ends frames, most frames are between two such events.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<Step> {
     let frames: Vec<Vec<u8>> = (0..30)
         .flat_map(|_| drawn::frames(description, random))
@@ -453,7 +453,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             piece[at] = random.random();
         }
         count += piece.len();
-        // The program need not poll.
+        // A program may poll rarely, or never.
         let polls = [0.0, 0.0, 0.02, 0.3][random.random_range(0..4)];
         steps.extend(
             ending
@@ -518,7 +518,7 @@ fn check_random(count: usize, bytes: usize) -> String {
     texts
 }
 
-/// Ways in which frames end, and checksums. A long random test draws each.
+/// Parts of descriptions. The long random test must draw each of them.
 const DRAWN: &[&str] = &[
     "packets = 'slip'",
     "packets = 'hdlc'",

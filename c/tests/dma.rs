@@ -34,7 +34,8 @@ type Steps = Vec<[u8; 2]>;
 /// times.
 const BYTE_TIME: u32 = 120;
 
-/// The time between two calls by the timer, and the shortest reported pause. All times are multiples of a byte's time.
+/// The time between two calls by the timer, and the shortest reported pause. These and the following constants are
+/// numbers of byte times.
 const TICK: usize = 42;
 const PAUSE: usize = 42;
 
@@ -265,8 +266,8 @@ impl Stream {
     }
 
     /// Returns the steps of the simulation. Also returns the time of each corrupted byte, and the time when the error
-    /// was handled. All interrupts of the UART and the DMA are `late`. If it is `None`, each interrupt has a random
-    /// delay, other interrupts delay calls that have begun, and the HAL may be locked.
+    /// was handled. `late` is the delay of every interrupt of the UART and the DMA. If `late` is `None`, each
+    /// interrupt has a random delay, other interrupts may delay calls that have begun, and the HAL may be locked.
     fn simulate(
         &self,
         late: Option<usize>,
@@ -427,7 +428,7 @@ fn a_call_that_is_too_late_reports_an_overrun() {
     let mut steps = vec![[b'n', 0]];
     for (time, slot) in stream.slots.iter().enumerate() {
         steps.push(*slot);
-        // At the call at 512, the position is the same as at the call before.
+        // Between the calls at 256 and 512 the DMA fills the whole buffer, so both calls see the same position.
         if time <= 256 || time == 512 || time >= 600 && time % 20 == 0 {
             steps.push([b't', 0]);
         }

@@ -4,7 +4,7 @@
  *   0 demands        a frame
  *   1 time           a poll; prints the phase, the output and the counters
  *   2 time output    resume at this output
- *   3 parameters     try contradictory parameters, which both functions must refuse without a change */
+ *   3 parameters     try contradictory parameters: `init` and `resume` must refuse them and change nothing */
 #include "failsafe.h"
 
 #include <stdio.h>
@@ -48,7 +48,7 @@ static void next_parameters(failsafe_parameters *parameters)
     parameters->live_travel = next_number(4U);
 }
 
-/* Returns whether both functions refuse the parameters, and change nothing. */
+/* Returns whether `init` and `resume` refuse the parameters and change nothing. */
 static bool is_refused(const failsafe_parameters *parameters)
 {
     static const failsafe_demand output[FAILSAFE_AXES] = {7U};

@@ -26,7 +26,7 @@ use crate::descriptions::{forms, others};
 struct Case {
     name: String,
     description: Description,
-    /// The parts of the stream. After each part comes [`Case::event`].
+    /// The parts of the stream. A line event follows each part.
     stream: Vec<Vec<u8>>,
     expected: String,
 }
@@ -34,7 +34,7 @@ struct Case {
 impl Case {
     fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
         let description = Description::parse(name, text).unwrap();
-        // If an event ends frames, an event precedes each part.
+        // If an event ends frames, the first part stays empty, so that an event precedes each frame.
         let mut stream = vec![Vec::new()];
         for _ in 0..30 {
             let mut frames = drawn::frames(&description, random);
@@ -123,8 +123,8 @@ where
             frames += 1;
             write!(text, "frame {kind}\n{}", shown.text).unwrap();
             match description.encode(&drawn::values(description, frame)) {
-                // `Description::encode` leaves out an empty text and a value that means "missing", and does not round. Generated code treats an
-                // empty text as a field, so it may encode a longer frame.
+                // `Description::encode` leaves out an empty text and a value that means "missing", and does not round.
+                // Generated code treats an empty text as a field, so it may encode a longer frame.
                 Ok(_) if shown.has_empty || shown.is_rounded => text.push_str("= any\n"),
                 Ok(made) => match description.sent(&made) {
                     Some(sent) => writeln!(text, "= {}", glued(&sent)).unwrap(),
@@ -214,7 +214,7 @@ fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     Some(shown)
 }
 
-/// Returns whether the whole text of a frame has a pattern. `part` returns the text of a value.
+/// Returns whether the whole text of a frame matches this pattern. `part` returns a value's text.
 fn has_pattern(
     kind: &Kind,
     text: &Pattern,
@@ -260,7 +260,8 @@ fn bytes(bytes: &[u8]) -> String {
     numbers.concat()
 }
 
-/// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if it is no number.
+/// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if the value is
+/// no number.
 fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
     Some(match value {
         Value::Unsigned(number) if field.text.is_some() => {
@@ -288,7 +289,7 @@ fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
 fn values(case: &Case, code: &str) -> minijinja::Value {
     let name = &case.name;
     let field = |field: &Field| {
-        // An underscore follows a keyword.
+        // Generated code appends an underscore to a field name that is a keyword.
         let keyword = format!("{}_", field.name);
         let is_member = |end| code.contains(&format!(" {keyword}{end}"));
         let is_keyword = [":", ";", "["].into_iter().any(is_member);

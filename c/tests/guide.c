@@ -1,6 +1,6 @@
-/* The part that the programs in docs/c.md leave to the firmware. Reads steps of two bytes from standard input. The step
- * {0, byte} is a received byte, and {1, number} is any other event. Prints what the program does, and at the end the
- * numbers of frames, bytes and resynchronisations. */
+/* The part of the firmware that the programs in docs/c.md do not contain. Reads steps of two bytes from standard input.
+ * The step {0, byte} is a received byte, and {1, number} is any other event. Prints what the program does, and at the
+ * end the numbers of frames, bytes and resynchronisations. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,7 +44,7 @@ uint8_t uart_read(void)
 static bool is_disabled;
 static int waiting = -1; /* the byte that the next interrupt brings while `control` runs */
 
-/* Interrupts `control`, unless the interrupts are disabled. */
+/* Interrupts `control` with the waiting byte, unless the interrupts are disabled. */
 static void interrupt_control(void)
 {
     if ((waiting >= 0) && !is_disabled) {

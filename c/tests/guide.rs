@@ -190,8 +190,8 @@ fn expected(
         }
         at_events += u32::from(text.len() > before);
     }
-    // A broken NMEA sentence is rejected before the next sentence begins, so no complete sentence is pending at an
-    // event.
+    // The program with a ring receives NMEA. A broken NMEA sentence is rejected before the next sentence begins, so no
+    // event delivers a sentence.
     assert!(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"
@@ -258,7 +258,7 @@ fn main_loop_with_ring_buffer() {
     let description = description("nmea");
     let mut steps = steps(drawn_frames(&description, random), 70, random);
     with_errors(&mut steps, random);
-    // Some pauses are long enough.
+    // Make some pauses so long that the program reports them.
     let steps = steps.chunks_exact(2).flat_map(|step| match step[0] {
         EVENT if random.random() => [step, &[EVENT, random.random_range(40..60)]].concat(),
         _ => step.to_vec(),

@@ -68,7 +68,7 @@ fn without_prefixes(name: &str, prefixes: &[&str]) -> String {
 /// The lines of `gnss.h` that `nmea.h` does not need, because its receiver never has more bytes than the longest sentence.
 const LONGEST_SENTENCE: &str = "    if (count > 515U) {\n        count = 515U;\n    }\n";
 
-/// So the proofs about the header of each protocol also hold for the header of several protocols.
+/// If this test passes, the proofs about the header of each protocol also hold for the header of several protocols.
 #[test]
 fn headers_for_several_protocols_classify_as_the_header_of_each() {
     for (several, each) in [

@@ -1,5 +1,5 @@
-/* The part that docs/protocol.md leaves to the firmware. Reads bytes from standard input, and prints the setpoint
- * after each byte. */
+/* The part of the firmware that docs/protocol.md does not contain. Reads bytes from standard input, and prints the
+ * setpoint after each byte. */
 #include <stdio.h>
 #include <stdint.h>
 

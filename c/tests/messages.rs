@@ -1,6 +1,6 @@
-//! Tests that the headers of `MAVLink` know the same messages as the Rust formats, with the same extra byte of the CRC. The
-//! program looks up every number of 24 bits, or of 8 bits for `MAVLink` 1. Proofs in `c/proofs` cover the look-up in tables
-//! of up to four messages, and the rest of the classification.
+//! Tests that the headers of `MAVLink` know the same messages as the Rust formats, with the same extra byte of the CRC.
+//! The program looks up every number of 24 bits, or of 8 bits for `MAVLink` 1. Proofs in `c/proofs` cover the look-up
+//! in tables of up to four messages, and the rest of the classification.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,6 @@
-/* Checks that a refused call changes nothing, and that a line event needs no function for frames. receiver.h, which the test writes, includes the header, and defines the
- * names that difference.c explains. Standard input has bytes with frames. */
+/* Checks that a refused call changes nothing, and that a line event counts the same frames without a callback.
+ * receiver.h, which the test writes, includes the header, and defines the names that difference.c explains. Standard
+ * input has bytes with frames. */
 #include "receiver.h"
 
 #include <stdio.h>
@@ -49,7 +50,7 @@ static void encode_with_too_little_room(void)
     size_t length;
     size_t room;
 #ifdef HAS_SIGNATURE
-    /* The signature follows zeros that are left out, so the frame may be longer than the unshortened content. */
+    /* With a signature, a frame may be longer than its content, even if the content's last zeros are left out. */
     message.has_signature = true;
 #endif
     length = F(encode)(&message, frame, sizeof frame);
@@ -91,7 +92,7 @@ static void count(void *context, const F(message) *found)
     ended++;
 }
 
-/* Reports a line event to two copies of the receiver. Only the first call passes a function for the frames. */
+/* Reports a line event to two copies of the receiver. Only the first call passes a callback for the frames. */
 static void end_without_a_function(void)
 {
     static F(receiver) with;

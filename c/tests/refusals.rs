@@ -1,5 +1,5 @@
-//! Tests that a function of a receiver in C that refuses a call changes nothing: neither the receiver, nor the message,
-//! nor the buffer for a frame. The program compares all of them with copies from before the call.
+//! Tests that a C function which refuses a call changes neither the receiver, nor the message, nor the buffer for a
+//! frame. The program compares each of them with a copy from before the call.
 
 use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;
@@ -11,7 +11,7 @@ use crate::difference::{Case, random_cases};
 /// The number of bytes that a receiver takes.
 const BYTES: usize = 8_000;
 
-/// Returns the number of frames that line events have delivered.
+/// Checks a receiver. Returns the number of frames that line events have delivered.
 fn check(case: &Case, compiler: &Compiler, has_frames: bool) -> u32 {
     let name = &case.name;
     let has_signature = name == "truncated";

@@ -4,18 +4,18 @@
 //!
 //! A timer's interrupt calls `receive` every millisecond. The interrupts for an idle line, for half a buffer and for
 //! errors may call it too, at any time, if all these interrupts have the same priority. A late idle interrupt does not
-//! know which bytes came before the silence. So `receive` takes the bytes up to a position that it has read once, and
-//! reports a pause only if this position has not changed for the time of a pause.
+//! know which bytes came before the silence. So `receive` reads the DMA's position once and takes the bytes up to it.
+//! It reports a pause only if the position has not changed for the time `PAUSE`.
 
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Found, Line, LineEvent, Parser, Receiver};
 
-/// The bytes in the DMA's buffer, which lasts 22 ms at 115 200 baud.
+/// The size of the DMA's buffer in bytes. At 115 200 baud, the buffer fills in 22 ms.
 pub(crate) const SIZE: usize = 256;
 
-/// The longest time between two calls of `receive`, in microseconds: half of the time that the buffer lasts.
+/// The longest time between two calls of `receive`, in microseconds: half of the time in which the buffer fills.
 const LATEST: u32 = 11_000;
 
 /// The silence that ends a frame, in microseconds. It is longer than any pause inside a frame, plus the time of a byte.

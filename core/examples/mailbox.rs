@@ -43,8 +43,8 @@ pub(crate) fn main() -> Result<(), FailsafeError> {
     let mut failsafe = Failsafe::new(parameters, 0)?;
     let mut phase = None;
     for now in (0..3_000).step_by(20) {
-        // The line has lost the first byte of the first frame. Each frame contains the end of a frame and the beginning
-        // of another one.
+        // The line has lost the first byte of the first frame. Each frame contains a CR, followed by `AB`. So if the
+        // pauses were not reported, the receiver would find frames at the wrong place.
         if now < 2_000 {
             let frame = b"AB\0\rAB\r";
             interrupt(&mut line, Ok(if now == 0 { &frame[1..] } else { frame }));

@@ -5,8 +5,8 @@
 //! even if this byte is an 'A'.
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep the
-//! machine out of step for ever. Then it commits nothing. [`Receiver`](crate::Receiver) delivers a frame during every
-//! whole frame that it takes.
+//! machine out of step for ever. Then it commits nothing. For every whole frame, [`Receiver`](crate::Receiver) delivers
+//! this frame, or an earlier one that shares bytes with it.
 
 use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};

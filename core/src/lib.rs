@@ -85,11 +85,12 @@
 //!
 //! Take the bytes that have come since the last delivered frame. The receiver keeps *the longest suffix of these bytes
 //! that can still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares no byte
-//! with an earlier delivered frame. The message is decoded from these last bytes. So the receiver delivers a frame
-//! during every whole frame. The lecture's machine may deliver nothing for ever (see [`lecture`]).
+//! with an earlier delivered frame. The message is decoded from these last bytes. So for every whole frame, the
+//! receiver delivers this frame, or an earlier one that shares bytes with it. The lecture's machine may deliver nothing
+//! for ever (see [`lecture`]).
 //!
 //! A frame that nobody sent may share bytes with a whole frame, which is then lost. In BIN, the bytes of a repeated
-//! frame may be frames at two offsets. Then only a pause, reported as a line event, or a checksum shows which frames
+//! frame may form frames at two offsets. Then only a pause, reported as a line event, or a checksum shows which frames
 //! were sent (see [`motion::Bin`]).
 //!
 //! # A motion platform

@@ -474,9 +474,9 @@ impl<P: Parser> Line<P> {
 }
 
 /// The counters, and a flag for counting resynchronisations.
-// On a Cortex-M4, this layout saves up to ten cycles per byte. The flag comes first, because the compiler would otherwise
-// keep a pointer to `Counters::bytes`, and save registers in each call of `push`. The flag is a number, because the compiler
-// would place a ledger with a `bool` before the receiver.
+// On a Cortex-M4, this layout saves up to ten cycles per byte. The flag comes first, because the compiler would
+// otherwise keep a pointer to `Counters::bytes`, and save registers in each call of `push`. The flag is a number,
+// because the compiler would place a `Ledger` with a `bool` before the receiver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[repr(C)]
 struct Ledger {

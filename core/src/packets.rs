@@ -346,7 +346,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         }
     }
 
-    /// Takes a byte of the packet, which the received `byte` completes.
+    /// Takes `content`, the next byte of the packet. `byte` is the last received byte of those that stand for it.
     #[inline]
     fn take_content(&mut self, content: u8, byte: u8, report: &mut impl Report) -> Option<Whole> {
         let why = DiscardReason::TooLong;
@@ -468,8 +468,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         let Some(code) = packet.iter().position(begins) else {
             return false;
         };
-        // Count the received bytes before the new beginning: the old beginning, and the content before `code` with its
-        // doubled escape bytes, except the last escape byte, which belongs to the new beginning.
+        // Count the received bytes before the new beginning: the old beginning, and the content before `code`, in which
+        // an escape byte counts twice. The last escape byte counts once, because its copy belongs to the new beginning.
         let start_length = usize::from(start.is_some());
         let before = packet.iter().take(code);
         let doubled = before.filter(|place| stuffing.is_doubled(place.get()));

@@ -8,8 +8,8 @@ use crate::LineEvent;
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver),
 /// [`PacketReceiver`](crate::PacketReceiver) and the [lecture's machine](crate::lecture::Lecture) implement it. Each type
-/// also has inherent functions with the names of the trait's functions. So if a program uses only one of the types, it need not import the trait. [`Line`](crate::Line) and the
-/// readers accept any `Parser`.
+/// also has inherent functions with the names of the trait's functions. So if a program uses only one of the types,
+/// it need not import the trait. [`Line`](crate::Line) and the readers accept any `Parser`.
 ///
 /// # Functions for any machine
 /// A function that accepts every machine with a certain type of message `M` has the bound

@@ -60,7 +60,7 @@ pub struct Reader<R, P, const N: usize = 64> {
     /// The part of the buffer that the parser has not taken yet: `taken..filled`.
     taken: usize,
     filled: usize,
-    /// Whether the line event of a pause has not decided about all pending bytes yet.
+    /// Whether the line event of a pause still has to decide about pending bytes.
     #[cfg(feature = "embedded-io-async-v0.7")]
     in_pause: bool,
 }

@@ -118,13 +118,13 @@ impl Stuffing {
     /// Writes a delimiter, the stuffed packet, and a delimiter to the front of `into`. Returns the written bytes.
     ///
     /// Returns `None` if `into` is too short, if the packet is empty, or if the packet cannot be encoded. A packet
-    /// cannot be encoded in two cases. [`Codes::Xor`] would make a delimiter of one of its bytes. Or the packet has to
-    /// begin with a code that begins a packet, but begins with `escape` or `end`.
+    /// cannot be encoded in two cases: if [`Codes::Xor`] would replace one of its bytes with the delimiter, or if it
+    /// begins with `escape` or `end` in DLE framing without a `start`.
     ///
-    /// `2 * packet.len() + 4` bytes are always enough. For COBS, 3 bytes more than the packet are enough, and 1 byte more
-    /// for each 254 bytes of the packet. The function stuffs only the delimiter and the escape byte. If a protocol's
-    /// frames end by themselves, as those of `XBee` and S.Port, leave out the last byte. For [`Break`](Self::Break) the
-    /// function copies the packet, and the program sends the breaks.
+    /// `2 * packet.len() + 4` bytes are always enough. For COBS, `packet.len() + packet.len() / 254 + 3` bytes are
+    /// enough. The function stuffs only the delimiter and the escape byte. If a protocol's frames end by themselves, as
+    /// those of `XBee` and S.Port, leave out the last byte. For [`Break`](Self::Break) the function copies the packet,
+    /// and the program sends the breaks.
     ///
     /// ```
     /// use framelock::Stuffing;
@@ -217,7 +217,7 @@ impl Stuffing {
 pub(crate) enum Meaning {
     /// Together with the bytes before it, the byte stands for this byte of the packet.
     Content(u8),
-    /// The byte stands for nothing before other bytes follow: an escape byte, or the length of a block.
+    /// The byte alone stands for nothing: it is an escape byte, or the length of a block.
     Prefix,
     /// The byte is between two packets.
     Delimiter,
@@ -232,7 +232,8 @@ pub(crate) enum Meaning {
 /// The state of the stuffing inside a packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Unstuffing {
-    /// The number of bytes that are missing in the block of COBS. 1 after an escape byte.
+    /// The number of bytes that are missing in the block of COBS. In other stuffings, 1 after an escape byte and
+    /// otherwise 0.
     pub(crate) missing: u8,
     /// Whether a zero separates the block of COBS from a block that follows.
     pub(crate) has_zero: bool,

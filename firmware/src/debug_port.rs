@@ -5,9 +5,9 @@
 //! in UICR.PSELRESET.
 //!
 //! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole
-//! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until then.
-//! So the firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register, and loses its
-//! value at each reset.
+//! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until it is
+//! erased. So the firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register, and
+//! loses its value at each reset.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};
@@ -18,7 +18,7 @@ use crate::settings::{RESET_PIN, WRITE_UICR};
 const CLOSES_BY_ITSELF: u8 = b'F';
 /// POWER's register APPROTECT.DISABLE, which the PAC does not have.
 const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;
-/// The value that keeps the port open, in both registers.
+/// The value that keeps the port open, in UICR.APPROTECT and in APPROTECT.DISABLE.
 const OPEN: u32 = 0x5A;
 const ERASED: u32 = u32::MAX;
 

@@ -142,8 +142,8 @@ impl<'a> Receiver<'a> {
         end
     }
 
-    /// Waits until a byte is in memory, and then until its transfer ends. Returns the cycles of the second wait. The byte
-    /// must not be 0.
+    /// Waits until a byte is in memory, and then until its transfer ends. Returns the cycles of the second wait. The
+    /// byte must not be 0.
     pub(crate) fn end_after_byte(&self) -> Option<u32> {
         BYTE_IN_MEMORY.store(0, Ordering::Relaxed);
         wait(LONG, || Self::byte() != 0);
@@ -158,7 +158,7 @@ impl<'a> Receiver<'a> {
         self.0.events_rxstarted.read().bits() != 0
     }
 
-    /// Waits for ERROR. Returns the cycle count then, if it comes.
+    /// Waits for ERROR. Returns the cycle count at this event, if it comes.
     pub(crate) fn error(&self) -> Option<u32> {
         let error = wait(LONG, || self.0.events_error.read().bits() != 0);
         error.map(|_| DWT::cycle_count())

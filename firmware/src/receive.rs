@@ -36,7 +36,7 @@ static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None
 /// run time would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
-/// The reception's time of a gap includes the byte that ends the silence.
+/// The reception measures a gap up to the end of the byte that ends the silence, so `GAP_AFTER` grows by a byte's time.
 type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, { GAP_AFTER + BYTE_TIME }>;
 type Receiver = (Reception, Hardware);
 

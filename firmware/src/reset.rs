@@ -40,7 +40,7 @@ impl Watchdog {
     ///
     /// A soft reset does not stop the watchdog, and the settings of a running watchdog cannot be changed. So after
     /// flashing, the old program's timeout stays in force. Only a reset of another kind ends it. Returns `None` if the
-    /// old program uses another number of the watchdog's handles than this program. Then the caller resets the chip,
+    /// old program uses a different number of watchdog handles. Then the caller resets the chip,
     /// again and again, until the unfed watchdog resets the chip itself. This reset stops the watchdog.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)

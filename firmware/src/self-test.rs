@@ -229,7 +229,7 @@ fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// Row 18: measures how long ENDRX comes after its byte.
+/// Row 18: measures the time from a byte in memory to its ENDRX.
 fn late_end(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let mut slowest = 0;
     receiver.switch_on();
@@ -245,8 +245,8 @@ fn late_end(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// Rows 5 and 19: sends more bytes than the FIFO can hold. Then sends one byte more than the FIFO can hold, and measures
-/// when the overrun comes.
+/// Rows 5 and 19: sends more bytes than the FIFO can hold. Then sends one byte more than the FIFO can hold, and
+/// measures when the overrun comes.
 fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut said, mut waited, mut oldest_is_lost) = (0, 0, 0);
     for _ in 0..TIMES {
@@ -333,7 +333,8 @@ fn second_start(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// Row 15: measures the time from STOPRX to RXTO, also with a parity bit, and counts how often RXTO comes without STOPRX.
+/// Row 15: measures the time from STOPRX to RXTO, also with a parity bit, and counts how often RXTO comes without
+/// STOPRX.
 fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut when_open, mut when_ended, mut without) = (0, 0, 0);
     let (usual, mut is_usual) = (4 * BYTE..=6 * BYTE, true);
@@ -406,7 +407,7 @@ struct MainLoop {
     largest_step: u32,
     /// The lowest and the highest output.
     range: [u8; 2],
-    /// The largest number of cycles for which handlers interrupted this loop, including a pass of the loop.
+    /// The longest pass of this loop, in cycles, including the handlers that interrupted it, but without the poll.
     longest_handler: u32,
 }
 
@@ -470,7 +471,7 @@ impl MainLoop {
 }
 
 /// Rows 2, 16 and 17: sends frames to the firmware's own reception, at the firmware's baud rate. Every frame must be
-/// delivered. The pitch jumps from one end to the other, and the failsafe's outputs must not.
+/// delivered. The pitch jumps from one end to the other. The failsafe's outputs must not jump.
 fn loopback(sender: &Sender, bytes: &mut [u8], timer: TIMER0) {
     let byte_count = BAUD / 10_000 * MILLISECONDS.load(Ordering::Relaxed);
     let rounds = byte_count / bytes.len() as u32;

@@ -5,10 +5,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use framelock::motion::Setpoint;
 
 /// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which single instructions
-/// read and write, so a reader never sees a torn setpoint. Only the receive handler writes it.
+/// read and write, so a reader never sees a torn setpoint, with parts of two. Only the receive handler writes it.
 ///
-/// No test looks for a torn setpoint. The main loop cannot run in the middle of the handler. So the main loop could see
-/// a torn setpoint only by reading the word in parts, but an atomic word is always read as a whole.
+/// No test looks for a torn setpoint.
 #[unsafe(no_mangle)]
 static SETPOINT: AtomicU32 = AtomicU32::new(0);
 

@@ -62,8 +62,8 @@ shown! {
     break_ticks;
     /// How often this program could not access the receiver, which indicates a bug.
     unserved;
-    /// How often the main loop was so late that the outputs moved more slowly than the settings say, or the failsafe's
-    /// clock went backwards.
+    /// Number of polls that came so late that the outputs moved more slowly than the settings say, plus the number of
+    /// polls at which the failsafe's clock had gone backwards.
     late_polls;
 }
 
@@ -169,8 +169,7 @@ impl Leds {
         }
     }
 
-    /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and the outputs' state on
-    /// LED3.
+    /// Lights LED1 while in lock, LED2 after a recent line error, and LED3 according to the outputs' state.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, state: OutputState) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;

@@ -1,4 +1,4 @@
-//! Tests of the firmware under each assumption about the chip, alone.
+//! Tests of the firmware on chips that deviate from the default assumptions in one way each.
 
 use std::process::Command;
 use std::time::Duration;
@@ -9,8 +9,8 @@ use nrf52840_emulator::Assumptions;
 use crate::firmware::{Firmware, GAP, RESTART, frames, is_some_of};
 
 /// The guide's table has a row for each deviation. The row says that nothing is lost, or names the counters that report
-/// the loss. If an ENDRX is lost too, at most five frames are lost, or the row names the time for which nothing is
-/// received.
+/// the loss. If an ENDRX is also lost, at most five frames are lost. If the row says that nothing is received for
+/// 12 ms, the frames of this time may be lost, too.
 #[test]
 fn each_deviation_loses_what_the_guide_says() {
     let guide = include_str!("../../docs/board.md");

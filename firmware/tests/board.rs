@@ -1,5 +1,5 @@
-//! Tests of start-up: the debug port, the outputs after power-on, and how often the PWM gets new pulses. Others are
-//! scripts: see `start.txt`.
+//! Tests of start-up: the debug port, the outputs after power-on, and how often the PWM gets new pulses. Other tests of
+//! start-up are scripts: see `start.txt`.
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
@@ -21,8 +21,9 @@ fn live(firmware: &mut Firmware) {
     assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
 }
 
-/// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR, and
-/// only erased words, and only once. Every image opens the debug port if UICR allows it. The words of UICR take effect at a reset.
+/// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR,
+/// and it writes only erased words. Every image opens the debug port if UICR allows it. The words of UICR take effect
+/// at a reset.
 #[test]
 fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
     const ERASED: u32 = u32::MAX;

@@ -9,17 +9,18 @@ use crate::firmware::{Firmware, Setpoint, frame, sample};
 use crate::outputs::{led3, pulse, pulses};
 use crate::resets::{Kind, reset};
 
-/// The most units by which the output of a poll differs from the output before, by the settings. The output moves over
-/// its 255 units in 200 ms, and a poll moves it for at most 4 ms.
+/// The most units by which the settings allow one poll to move an output. The output moves over its 255 units in
+/// 200 ms, and a poll moves it for at most 4 ms.
 const MOST_PER_POLL: u8 = 6;
 /// The most units per poll in an approach and on the way to park, where 255 units take a second.
 const MOST_PER_SLOW_POLL: u8 = 2;
-/// The most by which a pulse differs from the pulse before, in microseconds. A pulse is decided at most 26 ms after the
-/// pulse before, and moves by 5 us per millisecond. One unit is 4 us.
+/// The most by which a pulse differs from the pulse before, in microseconds. The widths of two pulses in a row are
+/// computed at most 26 ms apart, and a width changes by 5 us per millisecond. One unit is 4 us.
 const MOST_PER_PULSE: u64 = 136;
-/// The same for the pulses before and after a halt, which are decided at most 44 ms apart, not counting the halt.
+/// The same for the pulses before and after a halt, whose widths are computed at most 44 ms apart, not counting the
+/// halt.
 const MOST_PER_HALT: u64 = 226;
-/// The same in an approach and on the way to park, where a pulse moves by 1 us per millisecond.
+/// The same in an approach and on the way to park, where a width changes by 1 us per millisecond.
 const MOST_PER_SLOW_PULSE: u64 = 50;
 /// The time between two frames.
 const FRAME_EVERY: u64 = 20;
@@ -128,8 +129,8 @@ fn after_a_halt_the_outputs_go_on_from_where_they_are() {
     }
 }
 
-/// The outputs move as fast as they can when the reset comes, at different times of a period. After the last one, they move
-/// slowly to park.
+/// Resets come at different times of a PWM period while the outputs move as fast as they can. After a reset without
+/// further frames, the outputs move slowly to park.
 #[test]
 fn no_reset_lets_an_output_jump() {
     for kind in [
@@ -171,8 +172,8 @@ fn no_reset_lets_an_output_jump() {
     }
 }
 
-/// Here a reset comes after each instruction that stores the output, and after a sample of the other instructions of
-/// this pass of the main loop.
+/// A reset comes after each of the instructions around a store of the output, and after a sample of the other
+/// instructions of this pass of the main loop.
 #[test]
 fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     const FROM: [u8; 3] = [200, 50, 90];

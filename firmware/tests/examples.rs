@@ -104,8 +104,8 @@ fn bytes_around_a_disturbance_are_no_frame() {
     for (milliseconds, held, after, warning) in [
         // The error is noticed late, when all these bytes are in the driver's buffer.
         (1_900, late, &*errors, "WARN  Framing"),
-        // The rest does not fit into the driver's buffer. A pause of 2.6 ms follows, which is long enough to parse all
-        // kept bytes, and too short to count as an idle line.
+        // The last 70 bytes do not fit into the driver's buffer. A pause of 2.6 ms follows, which is long enough to
+        // parse all kept bytes, and too short to count as an idle line.
         (1_400, kept, "idle:300 66 0D", "WARN  Overrun"),
         // 10 ms of silence.
         (1_400, "41 42 00 64 65", "idle:1152 66 0D", ""),

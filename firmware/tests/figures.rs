@@ -288,7 +288,7 @@ fn rates(figures: &mut Figures) {
         });
         let hold_off = hold_off(rate);
         assert!(rate.0 > 115_200 || hold_off >= 500, "{hold_off} us");
-        // `README.md` promises that handlers may be late by these delays, if an overrun comes at a start bit.
+        // `README.md` promises that delays of this length lose no byte, even if an overrun comes at a start bit.
         let promised = match rate.0 {
             115_200 => 430,
             1_000_000 => 45,

@@ -1,6 +1,6 @@
-//! A test of errors on the line (L1 in `docs/protocol.md`). The others are scripts: see `line_errors.txt`. The reception's
-//! decisions are proved for every order of events: see `reception/src/verification.rs`. The tests check the firmware's
-//! accesses to registers, and times.
+//! A test of errors on the line (L1 in `docs/protocol.md`). The others are scripts: see `line_errors.txt`. The
+//! reception's decisions are proved for every order of events: see `reception/src/verification.rs`. The tests check the
+//! firmware's register accesses and timing.
 
 use crate::firmware::{Firmware, PAUSE, frame};
 use nrf52840_emulator::{LineSymbol, MILLISECOND};

@@ -1,7 +1,7 @@
 //! Compares the firmware with the reference under random events on the line and in the processor.
 //!
-//! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of 200. A failure names
-//! its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
+//! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of 200. A failure
+//! names its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
 
 use framelock_oracles::Occurred;
 use framelock_proofs::reference::{Bin, Lecture, NaiveFormat as _};
@@ -30,7 +30,8 @@ const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
 struct Step {
     /// One of [`FORMS`].
     form: &'static str,
-    /// A delay of all handlers, which begins with this step, in thousandths of the longest harmless delay.
+    /// The time for which all handlers are delayed from the start of this step, in thousandths of the longest harmless
+    /// delay.
     hold_off: u64,
     symbols: Vec<LineSymbol>,
     /// The silence after the symbols, in cycles.
@@ -107,7 +108,8 @@ fn whatever_happens_it_does_as_the_reference() {
     });
 }
 
-/// The deviations that have no effect on the firmware. It never starts a transfer twice, flushes, or expects parity.
+/// The deviations that have no effect on the firmware. The firmware never starts a transfer twice, flushes the FIFO, or
+/// expects parity.
 const WITHOUT_EFFECT: [&str; 3] = [
     "start_twice_is_ignored",
     "timeout_counts_parity",
@@ -128,7 +130,7 @@ fn whatever_the_chip_does_it_does_as_the_reference() {
     });
 }
 
-/// Performs runs, in which all forms and these deviations must occur.
+/// Performs runs. All forms and these deviations must occur in them.
 fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occurred)) {
     let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
     let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
@@ -145,9 +147,9 @@ fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occu
     );
 }
 
-/// The forms of runs. The first seven are kinds of steps, and [`Occurred`] counts these steps. The next three are images.
-/// For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. For the last
-/// form, it counts the runs in which bytes were lost.
+/// The forms of runs. The first seven are kinds of steps, and [`Occurred`] counts these steps. The next three are
+/// images. For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. For the
+/// last form, it counts the runs in which bytes were lost.
 const FORMS: [&str; 11] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "too long", "megabaud", "default",
     "lecture", "loss",
@@ -297,8 +299,8 @@ fn check(
     } else if bad_stops + breaks == 0 && !loses_end {
         let (overruns, skipped) = firmware.losses();
         assert!(overruns > 0 && skipped > 0, "silent loss: {what}");
-        // Only these frames may be lost: those that arrived during a delay, those that were arriving when the delay began or
-        // ended, and those in the FIFO.
+        // Only these frames may be lost: those that arrived during a delay, those that were arriving when the delay
+        // began or ended, and those in the FIFO.
         let most = sent.late / frame_time + 4 * late;
         assert!(
             commits.len() as u64 + most >= expected.len() as u64,

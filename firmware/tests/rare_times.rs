@@ -45,8 +45,8 @@ fn starts_before_the_wrap(microseconds: u32) -> Firmware {
     firmware
 }
 
-/// LED2 stays dark when the clock reaches the time of the last error again. The outputs stay parked, and start as
-/// always.
+/// After a wrap, the clock reaches the count of the last error again, but LED2 stays dark. The outputs stay parked, and
+/// then start as always.
 #[test]
 fn hours_of_silence_change_nothing() {
     let mut recorded = Recorded::of(Firmware::booted("default"));

@@ -11,8 +11,8 @@ const SECOND: [u8; 12] = [
     0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,
 ];
 
-/// An image, its reference, the sender's rate in thousandths of the receiver's, and which of the faulty streams are tested.
-/// The promised limits of the rate are two per cent.
+/// An image, its reference, the sender's rate in thousandths of the receiver's, and a number n: every n-th faulty
+/// stream is tested. The promised limits of the rate are two per cent.
 const IMAGES: [(&str, Reference, u64, usize); 5] = [
     ("megabaud", reference::<Bin>, 980, 20),
     ("default", reference::<Bin>, 1_020, 31),

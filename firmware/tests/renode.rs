@@ -73,8 +73,8 @@ fn registers_exist() {
     board.set_register(0x4000_8004, 1).unwrap();
 }
 
-/// Each peripheral of the platform has the same address as on the emulated chip. The emulator's errors name the
-/// peripheral.
+/// Each peripheral of the platform has the same address as on the emulated chip. The emulator's error at an access to a
+/// missing register names the peripheral.
 #[test]
 fn peripherals_have_their_addresses() {
     let mut board = Board::new(image("default")).unwrap();

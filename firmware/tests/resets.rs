@@ -34,7 +34,7 @@ fn run(firmware: &mut Firmware, cycles: u64) {
     firmware.board.run_until(end).unwrap();
 }
 
-/// Resets the chip. A fault, a lockup or a bite of the watchdog comes a few milliseconds later.
+/// Resets the chip. A watchdog reset takes up to 263 ms, and a fault or a lockup a few milliseconds.
 pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
     match kind {
         Kind::PowerOn => {
@@ -46,7 +46,7 @@ pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng
         Kind::BrownOut => firmware.board.brown_out(),
         Kind::Pin => firmware.board.reset(),
         Kind::Watchdog => {
-            // Only a program that has started the watchdog is reset by it.
+            // Give the program time to start the watchdog.
             firmware.run_for(3 * MILLISECOND);
             firmware.starve_the_watchdog();
         }
@@ -76,8 +76,8 @@ fn prepare_uicr(firmware: &mut Firmware, random: &mut ChaCha8Rng) -> Vec<u32> {
 }
 
 /// The firmware resets itself at most once, to let new words of UICR take effect. After the last reset it logs the
-/// cause, opens the debug port if UICR allows it, and receives. At any time the outputs move as slowly as always, or
-/// are at park after power-on.
+/// cause, opens the debug port if UICR allows it, and receives. The outputs never move faster than usual, and begin at
+/// park after power-on.
 #[test]
 fn after_any_sequence_of_resets_it_works() {
     for seed in sample(0..60, 3) {
@@ -91,8 +91,8 @@ fn after_any_sequence_of_resets_it_works() {
         let mut kinds = Vec::new();
         let mut power_on = Vec::new();
         for left in (0..random.random_range(1..8)).rev() {
-            // Half of the resets come while the firmware starts. The last reset comes after that, so its cause is
-            // known.
+            // Half of the resets before the last one come while the firmware starts. The last one comes later, so that
+            // its cause is known.
             let most = if left > 0 && random.random() {
                 600 * MICROSECOND
             } else {

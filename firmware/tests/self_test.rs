@@ -56,7 +56,7 @@ fn self_test(
     }
 }
 
-/// Returns the numbers of the chip's answer to a question.
+/// Returns the numbers in the last but one column of the report's row with this text: the measured values.
 fn answer(outcome: &Outcome, question: &str) -> Vec<u32> {
     let mut lines = outcome.log.iter();
     let line = lines.find(|line| line.contains(question)).unwrap();
@@ -65,13 +65,14 @@ fn answer(outcome: &Outcome, question: &str) -> Vec<u32> {
     numbers.filter_map(|number| number.parse().ok()).collect()
 }
 
-/// Returns whether a row with this text is not fine.
+/// Returns whether the report says NOT FINE in a row with this text.
 fn is_not_fine(outcome: &Outcome, part: &str) -> bool {
     let mut lines = outcome.log.iter();
     lines.any(|line| line.contains(part) && line.ends_with("| NOT FINE"))
 }
 
-/// At each commit, a chip with another answer to most questions. Each single deviation follows in the nightly stage.
+/// On each commit, the test runs on one chip that combines many deviations. The nightly stage also runs it on chips
+/// with a single deviation.
 #[test]
 fn under_each_assumption_it_says_what_this_chip_does() {
     let together = Assumptions {
@@ -215,8 +216,8 @@ fn report(log: &[String]) -> String {
     lines.join("\n")
 }
 
-/// `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the report in the guide. Another compiler than
-/// that of the figures may give other numbers.
+/// `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the report in the guide. The numbers may
+/// differ if another compiler than that of `FIGURES.txt` built the image.
 #[test]
 fn the_guide_shows_the_emulators_report() {
     let chip = Assumptions::default();

@@ -14,12 +14,14 @@ use crate::layout::{CheckedLayout, Length};
 /// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
 /// become a frame of an earlier layout.
 ///
-/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each frame
-/// and is reported, no order of the layouts loses a frame. The order only decides how early a frame is delivered. If
-/// pauses are not reported, put layouts with shorter frames first.
+/// A line event ends this wait. Then the first layout that finds a whole frame decides. So if a pause follows each
+/// frame and is reported, waiting loses no frame, whatever the order of the layouts. The order decides how early a
+/// frame is delivered, and which frame is delivered if bytes fit several layouts. If pauses are not reported, put
+/// layouts with shorter frames first.
 ///
-/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. If it comes
-/// before another layout, the index in the message is that of the first layout of which the bytes are a frame.
+/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. Otherwise,
+/// if the bytes of another layout's frame are also a frame of such a layout, the message has the index of whichever
+/// layout comes first.
 ///
 /// # Examples
 /// ```
@@ -128,8 +130,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // One of the layouts has classified the first `seen` bytes as incomplete. If every other layout rejects the
-        // first byte, this layout did.
+        // One of the layouts has classified the first `seen` bytes as incomplete. It was `one` if every other layout
+        // rejects the first byte.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -169,8 +171,8 @@ pub(crate) fn first_before<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may classify the frame's bytes as incomplete, because it rejected the stream only when the bytes
-/// after the frame arrived. This function skips such a layout.
+/// An earlier layout may have rejected the stream only after more bytes had arrived. It classifies the frame's bytes
+/// alone as incomplete, so this function skips it.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

@@ -17,7 +17,7 @@ use crate::layout::{
 /// A parsed header.
 #[derive(Clone, Copy)]
 pub(crate) struct Header {
-    /// The number of bytes in the frame, including its trailer; `None` if a delimiter ends the frame.
+    /// The number of bytes in the frame, including its trailer; `None` if a delimiter or silence ends the frame.
     pub(crate) length: Option<usize>,
     /// The number of bytes in the trailer.
     pub(crate) trailer: usize,
@@ -64,7 +64,7 @@ impl Layout<'_> {
     }
 
     /// Does the same as [`classify_after`](Self::classify_after), but the known messages are those of `known`. So the
-    /// layout may be a constant, for which the compiler specialises the code, although its messages are not constant.
+    /// compiler can specialise the code for a constant layout, even if the messages are not constant.
     #[inline(always)]
     pub(crate) fn classify_known(
         &self,
@@ -321,8 +321,8 @@ impl Layout<'_> {
         let end = bytes.get(place..).unwrap_or_default();
         let mut may_follow = false;
         for terminator in self.terminators() {
-            let mut both = terminator.iter().zip(end);
-            if both.all(|(wanted, byte)| wanted == byte) {
+            let mut pattern = terminator.iter().enumerate();
+            if pattern.all(|(at, wanted)| end.get(at).is_none_or(|byte| byte == wanted)) {
                 if terminator.len() <= end.len() {
                     return Ok(Some((place, terminator.len())));
                 }

@@ -119,7 +119,8 @@ impl CheckedLayout<'_> {
         free.step_by(19).nth(number).unwrap_or_default()
     }
 
-    /// Returns true if the byte is content, not part of a terminator, and a digit if the checksum covers digits.
+    /// Returns true if the byte is content and not part of a terminator. If the checksum covers hex digits, the byte
+    /// must also be a hex digit.
     fn is_free(&self, byte: u8) -> bool {
         let covers_digits = self
             .checksum

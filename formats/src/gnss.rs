@@ -66,7 +66,8 @@ impl<const LONGEST: usize> Gnss<LONGEST> {
     }
 
     /// Classifies bytes as a frame of one protocol. Because each layout is a constant, the compiler specialises the
-    /// code for each: together they are shorter than the code for any layout, which [`AnyOf`](crate::AnyOf) uses.
+    /// code for each of them. Together, the three specialised versions are shorter than the general code, which
+    /// [`AnyOf`](crate::AnyOf) uses.
     #[inline(never)]
     fn classify_as(protocol: Protocol, bytes: &[u8], seen: usize) -> Classification {
         match protocol {

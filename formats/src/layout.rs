@@ -171,7 +171,7 @@ impl<'a> CheckedLayout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    /// No parts: a layout needs at least [`longest`](Self::longest), and a part that tells frames from noise.
+    /// A layout without parts. Add at least [`longest`](Self::longest), and a part that tells frames from noise.
     pub const NONE: Self = Self {
         sync: Patterns::NONE,
         length: Length::Fixed,
@@ -236,8 +236,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Returns the greatest number of bytes that a receiver must hold before the layout has classified them: the number
-    /// of bytes in the longest frame. If silence ends each frame, one more byte shows that a frame is too long.
+    /// Returns the number of bytes that a receiver must be able to hold: the number of bytes in the longest frame. If
+    /// silence ends the frames, it is one more, because one more byte shows that a frame is too long.
     #[inline]
     #[must_use]
     pub const fn most_bytes(&self) -> usize {
@@ -293,7 +293,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    // Only few layouts call this function, once for each frame.
+    // Few layouts need this function, and only once for each frame.
     #[cold]
     fn length_with_own_terminator(&self, frame: &[u8]) -> usize {
         // Take the longest terminator that fits, because a shorter terminator may be the end of a longer terminator.
@@ -311,7 +311,7 @@ impl<'a> Layout<'a> {
     }
 
     /// Returns the number of bytes in the header, at least one. The header determines the length of the frame, unless a
-    /// delimiter ends the frame.
+    /// delimiter or silence ends the frame.
     #[inline(always)]
     #[must_use]
     pub const fn header(&self) -> usize {

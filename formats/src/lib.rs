@@ -38,9 +38,9 @@
 //! # In an interrupt
 //!
 //! The UART also reports errors and pauses. Pass these to the receiver as line events. Then no delivered frame contains
-//! both bytes from before an event and bytes from after it. After a false start, complete frames may be pending.
-//! `feed` delivers them as soon as the bytes decide, and a line event delivers the others. A [`Line`](framelock::Line)
-//! counts every byte that it takes.
+//! both bytes from before an event and bytes from after it. After a false start, complete frames may be pending. They
+//! are delivered as soon as more bytes or a line event reveal the false start. A [`Line`](framelock::Line) counts every
+//! byte that it takes.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};
@@ -164,8 +164,8 @@ pub mod ubx;
 mod verification;
 
 pub use any_of::AnyOf;
-// Used by `classify_by!` through `$crate`, so that the macro also works in packages that rename this crate.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
+// Used by `classify_by!` through `$crate`, so that the macro also works in packages that rename this crate.
 #[doc(hidden)]
 pub use framelock::{Classification, LineEvent};
 pub use layout::{CheckedLayout, Layout};

@@ -1,9 +1,9 @@
 //! Packets of any bytes between delimiters: SLIP, COBS, and HDLC with a CRC-16.
 //!
-//! `MOST` is the number of bytes in the longest packet, without delimiters and stuffing. A receiver needs a buffer of one
-//! byte more, and [`Hdlc`] needs two bytes more for the checksum. SLIP and COBS check nothing, so a packet whose bytes have
-//! changed on the line is delivered, too. If your packets have a checksum, describe them as a
-//! [`Layout`](crate::layout::Layout), or check them in the program.
+//! `MOST` is the number of bytes in the longest packet, without delimiters and stuffing. A receiver needs a buffer of
+//! `MOST + 1` bytes, or of `MOST + 3` bytes for [`Hdlc`], whose packets have a checksum. SLIP and COBS check nothing,
+//! so a packet whose bytes have changed on the line is delivered, too. If your packets have a checksum, describe them
+//! as a [`Layout`](crate::layout::Layout), or check them in the program.
 //!
 //! ```
 //! use framelock::{PacketReceiver, Stuffing};
@@ -42,7 +42,8 @@ const CRC: Crc = Crc {
 /// The number of bytes in this CRC.
 const CRC_BYTES: usize = 2;
 
-/// The format of SLIP's packets (RFC 1055), of up to `MOST` bytes. KISS is the same: the first byte is the command.
+/// The format of SLIP's packets (RFC 1055), of up to `MOST` bytes. KISS uses the same packets, and their first byte is
+/// the command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Slip<const MOST: usize>;
 
@@ -64,7 +65,7 @@ impl<const MOST: usize> Hdlc<MOST> {
     }
 }
 
-/// Defines a format of packets that only their delimiter ends.
+/// Defines a format of packets that end only at a delimiter.
 macro_rules! packets {
     ($name:ident, $stuffing:expr, $checked:expr, $before:ident, $decode:expr) => {
         impl<const MOST: usize> Format for $name<MOST> {

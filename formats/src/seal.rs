@@ -9,9 +9,10 @@ use crate::layout::{
 
 impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
-    /// bytes as they are. If silence ends the frame, the sender must be silent after these bytes. If the layout has several syncs or several terminators, writes the first sync and the first
-    /// terminator, unless the bytes already have a valid one. If the frame has a trailer, set the bits that announce
-    /// the trailer before you call this function, and append the trailer after the call.
+    /// bytes as they are. If silence ends the frame, the sender must be silent after these bytes. If the layout has
+    /// several syncs or several terminators, writes the first sync and the first terminator, unless the bytes already
+    /// have a valid one. If the frame has a trailer, set the bits that announce the trailer before you call this
+    /// function, and append the trailer after the call.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.
@@ -43,7 +44,7 @@ impl Layout<'_> {
                 *byte = *byte & !bits.mask | bits.value & bits.mask;
             }
         }
-        // Otherwise the frame already ends with one of the other terminators.
+        // If the lengths differ, the frame already ends with one of the other terminators.
         if length == frame.len() {
             self.terminator.write(frame, self.terminator_at(length));
         }
@@ -66,7 +67,8 @@ impl Patterns<'_> {
             return;
         };
         if !self.are(place) {
-            // In proofs about arbitrary layouts, `first` and `place` may have different lengths.
+            // In proofs about arbitrary layouts, `first` and `place` may have different lengths, so `copy_from_slice`
+            // would panic.
             fill(place, first.iter().copied());
         }
     }

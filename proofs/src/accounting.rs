@@ -8,11 +8,11 @@
 //! for any values of the counters, even if they are about to wrap. A fed slice has the same effect as pushing its bytes
 //! (theorem 6).
 //!
-//! For every format, the receiver's engine neither loses nor invents a byte. When the engine has
-//! taken a byte, this byte and each byte that was pending is either reported, in a frame or as discarded, or still
-//! pending (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted),
-//! whether a byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
-//! event](each_line_event_is_counted), and [counts one resynchronisation after each loss](each_loss_ends_once).
+//! For every format, the receiver's engine neither loses nor invents a byte. When the engine has taken a byte, each of
+//! the pending bytes and the new one is in a delivered frame, discarded, or still pending (`one_byte` in
+//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is pushed,
+//! a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted), and
+//! [counts one resynchronisation after each loss](each_loss_ends_once).
 //!
 //! For every format of any length, `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
@@ -225,8 +225,9 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     }
 }
 
-/// Checks the counters of a line after `report`. The machine first reports a frame of zero bytes or zero discarded
-/// bytes, and then an arbitrary outcome. Returns whether the second outcome is the first frame after a loss.
+/// Checks the counters of a line after `report`. The machine first reports an outcome of zero bytes: a frame, or
+/// discarded bytes. Then it reports an arbitrary outcome. Returns whether the second outcome is the first frame after a
+/// loss.
 fn two_are_counted(
     reports: [Found<()>; 2],
     bytes: u32,

@@ -48,8 +48,8 @@ fn any_slice() -> &'static [u8] {
     part(&BYTES, 0, kani::any_where(|&length| length <= BYTES.len()))
 }
 
-/// Passes a slice of any length to `feed` or to `next`. Ignores executions with a second outcome. Such an execution has
-/// reached another state in the same loop.
+/// Passes a slice of any length to `feed` or to `next`. Ignores executions with a second outcome: such an execution is
+/// in the same loop again, in another state, and the harnesses start from any state.
 fn any_slice_is_taken<P: OfSetpoints>(parser: P) {
     let bytes = any_slice();
     let placed = if kani::any() {

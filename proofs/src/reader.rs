@@ -3,8 +3,8 @@
 //! The harnesses call the blocking and the async functions of [`Reader`] from any state, with any parser and a source
 //! that does anything: a read returns any number of bytes, even more than the buffer has, or an error, or is pending.
 //! The future of a read is dropped. A second read in the same call returns an error, and by then the parser must have
-//! taken all bytes of the first. Nothing more is needed about later reads, because an execution that reads a second time
-//! has reached the start of the loop again, in another state.
+//! taken all bytes of the first read. The harnesses need no later reads: an execution that reads a second time is at
+//! the start of the loop again, in another state, and the harnesses start from any state.
 
 use core::cell::Cell;
 use core::future::{Future as _, pending};
@@ -16,7 +16,7 @@ use framelock::{Line, Reader};
 
 use crate::any_parser::AnyParser;
 
-/// A source of which one read may have any result. A later read returns an error.
+/// A source whose first read may have any result. Each later read returns an error.
 struct AnySource<'a> {
     reads: &'a Cell<u8>,
     /// The number of bytes that the source has put into the reader's buffer.

@@ -145,8 +145,7 @@ pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[
 /// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame begins.
 /// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`end`), this
 /// number is 0: the reference asks [`classify_before`](framelock::Format::classify_before) instead of waiting. Once it
-/// has done so, each byte that the format rejects without a second question is discarded as
-/// [`LineEvent`](DiscardReason::LineEvent).
+/// has done so, each byte that `classify` rejects is discarded as [`LineEvent`](DiscardReason::LineEvent).
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],

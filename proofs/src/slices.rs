@@ -25,7 +25,7 @@ impl<const N: usize> Report<N> {
         discarded: (0, 0, 0, 0),
     };
 
-    /// Feeds the bytes to a machine, and records the outcome. `from` is the index of the first byte in `setpoints`.
+    /// Feeds the bytes to a machine, and records the outcome. The entry of the first byte is `setpoints[from]`.
     fn of<P: OfSetpoints>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
         // Bytes that were pending before the call lie before the slice.
         let (before, mut known) = (parser.pending(), from);

@@ -43,7 +43,8 @@ impl<const N: usize> History<N> {
     /// proofs).
     ///
     /// Either `push` or `push_with` has taken the last byte. Earlier calls make no difference, because only the last
-    /// call decides whether the receiver's state has a note (`one_byte` in the engine's proofs).
+    /// call decides whether the receiver's state has a note about the pending bytes (`one_byte` in the engine's
+    /// proofs).
     pub(crate) fn receiver<F: FixedFormat<Frame = [u8; N]>>(&self) -> Receiver<F>
     where
         [u8; N]: FrameBytes,

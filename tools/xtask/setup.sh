@@ -1,12 +1,13 @@
 # Installs what the stages in `stages.sh` need, with rustup, cargo, pip or Debian's packages. Each function does nothing
 # if everything is there, and fails if something cannot be installed. Tools are installed into $target/tools.
 
-# Prints the way that was chosen. `cargo xtask verify` repeats it in its summary.
-note() { echo "stage note: $*" >&3; }
+# Prints a remark, such as which tool was chosen. `cargo xtask verify` repeats the remark in its summary.
+note() { echo "remark: $*" >&3; }
 
 have() { for command; do command -v "$command" >/dev/null || return 1; done; }
 
-# Installs these packages of Debian. Only root can do this. With `--no-remove`, apt-get fails rather than remove a package.
+# Installs these packages of Debian. Only root can do this. With `--no-remove`, apt-get fails rather than remove a
+# package.
 debian() {
     dpkg-query --show --showformat='${db:Status-Status}\n' "$@" 2>&1 | grep -qvx installed || return 0
     apt-get -o DPkg::Lock::Timeout=120 update
@@ -63,15 +64,15 @@ nightly() { rustup run nightly rustc --version || rustup toolchain install night
 has_core() { ls "$(rustc --print target-libdir --target "$1")"/libcore-*; }
 
 # Chooses the compiler for these targets without an operating system: the toolchain in PATH if it has the targets or
-# rustup can add them, otherwise the compiler with which Debian builds its browsers. Debian has the source of `core`, which
-# cargo then builds. Sets `debians` if the compiler is Debian's. The compiler is chosen for the whole shell, so use a
-# subshell.
+# rustup can add them, otherwise the compiler with which Debian builds its browsers. Debian has the source of `core`,
+# which cargo then builds. Sets `debians` if the compiler is Debian's. The compiler is chosen for the whole shell, so
+# use a subshell.
 bare_metal() {
     unset RUSTFLAGS
     for chip; do has_core "$chip" >/dev/null 2>&1 || missing=$chip; done
     # Do not retry an unreachable server, because there is another compiler.
     if [ -z "${missing-}" ] || RUSTUP_MAX_RETRIES=0 RUSTUP_DOWNLOAD_TIMEOUT=60 rustup target add "$@"; then
-        note "by $(rustc --version)"
+        note "compiled by $(rustc --version)"
         return
     fi
     linker=$(rustc --print target-libdir)/../bin/rust-lld
@@ -84,5 +85,5 @@ bare_metal() {
     # Debian's compiler has no linker for these targets.
     [ ! -e "$linker" ] ||
         export CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER="$linker" CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER="$linker"
-    note "by Debian's $(/usr/bin/rustc --version), because rustup cannot add $*; core is built from source"
+    note "compiled by Debian's $(/usr/bin/rustc --version), because rustup cannot add $*; core is built from source"
 }

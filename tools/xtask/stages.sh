@@ -2,18 +2,18 @@
 # counts the tests in its output: `sh tools/xtask/stages.sh FUNCTION`, in the root, with the folder for builds in the
 # variable TARGET. A command that fails ends the stage.
 set -eu
-# After this, functions can write to the standard output of the stage wherever their own goes.
+# Descriptor 3 is the standard output of the stage, also in functions whose own output is redirected.
 exec 3>&1
 target=${TARGET:-$PWD/target}
 . tools/xtask/setup.sh
 
-# Options with which cargo's commands run clippy too. Clippy's compiler is rustc with more lints. An environment variable
-# could also select clippy, but programs that cargo runs would inherit it.
+# Options with which cargo's commands run clippy too. Clippy's compiler is rustc with more lints. An environment
+# variable could also select clippy, but programs that cargo runs would inherit it.
 lint="--config build.rustc-workspace-wrapper='clippy-driver'"
 export CLIPPY_ARGS=-Dwarnings
-# All packages except the one whose browser driver takes long to compile. All stages pass these packages to cargo, because
-# the packages determine the features of common dependencies. With others, cargo would compile them again. Clippy compiles
-# the tests, so that they need not be compiled again to run.
+# All packages except the one whose browser driver takes long to compile. All stages pass these packages to cargo,
+# because the packages determine the features of common dependencies. With other packages, cargo would compile these
+# dependencies again. Clippy compiles the tests, so that they need not be compiled again to run.
 everything="--workspace --all-features --exclude framelock-web-browser $lint"
 published="--package framelock --package framelock-formats"
 documented="$published --package framelock-proofs --package framelock-receiving --package framelock-simulation"
@@ -31,8 +31,8 @@ format() {
 
 chip=thumbv7em-none-eabihf
 
-# The targets include one without atomic compare-and-swap, one with a floating-point unit, and one that is not Arm. Subsets
-# of the features between the empty and the full one are checked for one target only.
+# The targets include one without atomic compare-and-swap, one with a floating-point unit, and one that is not Arm.
+# Subsets of the features between the empty and the full one are checked for one target only.
 #= core: the core compiles for microcontrollers under every set of its features; the formats compile too
 core() {
     chips="thumbv6m-none-eabi $chip riscv32imac-unknown-none-elf"
@@ -80,7 +80,8 @@ docs() {
     document
 }
 
-# Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one instead.
+# Compares the public interface with the committed one. If SNAPSHOTS is `overwrite`, overwrites the committed one
+# instead.
 #= interface: the public interface of each published package equals the committed one
 interface() {
     # docs.rs sets `docsrs`, too.
@@ -93,7 +94,7 @@ interface() {
         [ "${SNAPSHOTS-}" != overwrite ] || cp "$target/documented/$name.txt" "${package%:*}/PUBLIC-API.txt"
         git diff --no-index --unified=0 "${package%:*}/PUBLIC-API.txt" "$target/documented/$name.txt"
     done
-    note "by $(rustc --version)"
+    note "compiled by $(rustc --version)"
 }
 
 # Prints the options of cargo that select an image's program and features.
@@ -111,8 +112,9 @@ options_of() {
 }
 every_image="default megabaud lecture write-uicr small bin-crc8 self-test self-test-megabaud parser-steps"
 
-# Builds the images with these names, or all, from the sources in a folder, into a folder. All images have the same dependencies, so each further image
-# takes only a second or two. Copies each image, because the next build would overwrite it.
+# Builds the images with these names, or all, from the sources in a folder, into a folder. All images have the same
+# dependencies, so each further image takes only a second or two. Copies each image, because the next build would
+# overwrite it.
 images() (
     sources=$1 built=$2
     shift 2
@@ -194,17 +196,6 @@ emulated() {
     emulated_in "$target/firmware/images"
 }
 
-# First all tests with many more random streams, also under random combinations of assumptions about the chip, then all
-# tests under each single assumption.
-#= random (--all): the firmware with many more random streams, and under each assumption about the chip
-random() {
-    images . "$target/firmware"
-    export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
-    emulated_in "$target/firmware/images"
-    unset FRAMELOCK_RANDOM_RUNS
-    emulated_in "$target/firmware/images" --ignored
-}
-
 # The examples are built into the folder in which the guide's commands expect them. The RP2040 has no emulator.
 #= examples (--all): the examples for Embassy and RTIC build without warnings and run in the emulator; the example for the RP2040 builds
 examples() {
@@ -257,9 +248,6 @@ c_proofs() { cargo xtask prove --c; }
 
 #= prover (--all): the offline prover refutes what must fail, and leaves no process running
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
-
-#= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
-bugs() { cargo xtask bugs; }
 
 # Proves the step in images of the sources in a folder, which are built into a folder.
 machine_code_of() {
@@ -365,8 +353,8 @@ licences() {
     done
 }
 
-# Compiles the page's machines, generates the script that calls them, and writes the page. The version must equal that of
-# the library in host/web/Cargo.toml.
+# Compiles the page's machines, generates the script that calls them, and writes the page. The version must equal that
+# of the library in host/web/Cargo.toml.
 page() {
     wasm=wasm32-unknown-unknown
     echo "Compiles the page to WebAssembly, in about a minute. The first build also downloads a target (20 MB) and"
@@ -390,7 +378,22 @@ web() {
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }
 
-# The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see proofs/README.md.
+# First runs all tests with many more random streams, also under random combinations of assumptions about the chip. Then
+# runs all tests under each single assumption.
+#= random (--all): the firmware with many more random streams, and under each assumption about the chip
+random() {
+    images . "$target/firmware"
+    export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
+    emulated_in "$target/firmware/images"
+    unset FRAMELOCK_RANDOM_RUNS
+    emulated_in "$target/firmware/images" --ignored
+}
+
+#= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
+bugs() { cargo xtask bugs; }
+
+# The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see
+# proofs/README.md.
 #= mutants (--all): some test notices each small change of the core, layouts and checksums (hours)
 mutants() {
     cargo_tool cargo-mutants 27.1.0

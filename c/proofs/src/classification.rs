@@ -22,7 +22,7 @@ const IBUS_CHECKSUM: Option<Checksum> = Some(Checksum {
     ..Checksum::at_the_end(2)
 });
 
-/// Defines the format of a layout that only a description has.
+/// Defines the format of a layout that exists only as a description, without a Rust module.
 macro_rules! format_of {
     ($(#[$about:meta])* $name:ident, $layout:expr) => {
         $(#[$about])*
@@ -113,7 +113,7 @@ fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT
     kani::cover!(outcome == 9 && count > 1, "an incomplete frame");
 }
 
-/// Returns the number that the C files use for a classification, and the number that belongs to the classification.
+/// Returns the results that `c_classify` and `c_number` have for this classification.
 fn in_c(classification: Classification) -> (u8, usize) {
     let why = match classification {
         Classification::Frame(length) => return (8, length),
@@ -214,7 +214,7 @@ mod first_byte {
 
 const NONE: KnownMessage = KnownMessage::new(0);
 
-/// Returns any table of up to four messages, which the C receiver knows too.
+/// Returns an arbitrary table of up to four messages, and gives the C receiver the same table.
 fn any_messages(known: &mut [KnownMessage; 4]) -> &[KnownMessage] {
     let count: usize = kani::any_where(|count| *count <= 4);
     for (place, message) in (0..).zip(known.iter_mut()) {

@@ -2,8 +2,8 @@
 //! invariant, at any time. The output, the phase and the next state are the same.
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. `poll` multiplies the time by a speed. The solver cannot
-//! compare such multiplications in C and in Rust in reasonable time, if both numbers are large. So the harnesses compare
-//! the multiplication for times of 4 bits, and everything else for any ways that an axis may move.
+//! compare such multiplications in C and in Rust in reasonable time, if both numbers are large. So `way_is_same`
+//! compares the multiplication for times of 4 bits, and `move_is_same` moves the axes by any distance.
 
 use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};
 

@@ -210,9 +210,8 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Calls `step` with one of these numbers, which the prover chooses. In each call the number is a constant. If the loop
-/// compared `number` with an arbitrary number, the compiler would pass that arbitrary number to `step` instead of the
-/// constant.
+/// Calls `step` with one of these numbers, which the prover chooses. The number is a constant in each call. A
+/// comparison with an arbitrary number would make the compiler pass the arbitrary number to `step`.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {

@@ -33,7 +33,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Moves bytes from the front of the slice into the buffer, until as many bytes are pending as the longest frame
     /// has. The decision about the first pending byte never needs more bytes. Returns whether the slice had enough.
     #[inline]
-    fn store_up_to_longest(&mut self, bytes: &mut &[u8]) -> bool {
+    pub(super) fn store_up_to_longest(&mut self, bytes: &mut &[u8]) -> bool {
         let missing = self.format.longest().saturating_sub(self.pending());
         let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
         self.store(now);

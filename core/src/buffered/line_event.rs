@@ -1,4 +1,4 @@
-//! Line events: the end of the wait for the rest of a frame. [`LineEvent`] states the rule.
+//! Line events, which end the wait for the rest of a frame. [`LineEvent`] states the rule.
 //!
 //! The rule begins with the first byte about which the format answers `Incomplete`: the byte that waited. From this byte
 //! on, all dropped bytes have the reason [`DiscardReason::LineEvent`], until nothing is pending. Between two steps,
@@ -28,7 +28,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     ///
     /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes, at most twice.** It calls
     /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes fewer than
-    /// `LONGEST` steps. So an interrupt handler can do one step in each round.
+    /// `LONGEST` steps. So an interrupt handler can do one step at each interrupt.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).

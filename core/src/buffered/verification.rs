@@ -20,7 +20,7 @@
 //! the step are the next events of the reference ([`steps`]):
 //!
 //! * `decide` asks the format once, about the first pending place. If the answer is a frame or a rejection, the
-//!   reference gets the same answer, because by law 2 more bytes do not change an answer of these two kinds. Otherwise
+//!   reference gets the same answer, because more bytes do not change an answer of these two kinds (law 2). Otherwise
 //!   both wait.
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, also when the pending bytes move to the front. `next` stores as many bytes as the
@@ -58,17 +58,17 @@
 //! frame. While such a frame is undecided, the reference has stopped at an earlier place. The byte at this earlier
 //! place is pending, too, and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
 //!
-//! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`, both
-//! ask it [`Format::classify_before`], whose answer is a frame or a rejection. From then on, both drop each byte as
-//! `LineEvent` that the format rejects without the second question. Each frame that lies whole in the pending bytes is
-//! delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
-//! [`line_events`] proves one step of the loop, and [`reference`] runs the loop. After a line event nothing is
-//! pending, so no later frame contains a byte from before the event.
+//! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`,
+//! both ask it [`Format::classify_before`], whose answer is a frame or a rejection. From then on, if
+//! [`Format::classify`] rejects a byte, both drop the byte as `LineEvent`. Each frame that lies whole in the pending
+//! bytes is delivered, unless a delivered frame begins earlier and shares bytes with it. The other bytes are dropped.
+//! [`line_events`] proves one step of the loop, and [`reference`] runs the loop. After a line event nothing is pending,
+//! so no later frame contains a byte from before the event.
 //!
 //! Before the format answers `Incomplete`, the reference at the end of a stream does the same as without a line event.
 //! So the counters do not depend on whether the bytes before the event were pushed or fed. Only a step of a line event
 //! sets `ask_at` to 1: [`steps`] and [`pushes`] show that the other functions do not. The last step of a line
-//! event resets the receiver. So the first step of the next event finds another value.
+//! event resets the receiver. So `ask_at` is not 1 at the first step of the next event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 

@@ -30,7 +30,7 @@ impl Demand for u8 {}
 impl Demand for u16 {}
 
 mod sealed {
-    /// Positions have 32 bits. A demand is the highest bytes of a position.
+    /// Positions have 32 bits. Their highest bytes are the demand.
     pub trait Position {
         /// One unit of demand.
         const UNIT: u32;
@@ -162,7 +162,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        // The proof of the bound does not know which division gives more, so it takes the larger speed.
+        // For parameters that pass `check`, `fast` is the larger speed, but the prover cannot compare the divisions.
         let [slow, fast] = [
             self.slow().units_per_poll::<D>(),
             self.fast().units_per_poll::<D>(),
@@ -183,9 +183,9 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
         u64::from(ticks).saturating_add(self.ramp_after.into())
     }
 
-    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, in any motion,
-    /// if frames keep coming and no two polls are more than `longest_step` apart. The first poll after this time finds
-    /// every axis live.
+    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, however the
+    /// demands move, if frames keep coming and no two polls are more than `longest_step` apart. The first poll after
+    /// this time finds every axis live.
     #[must_use]
     pub const fn live_after(&self) -> u64 {
         let per_tick = self.slow().per_tick;
@@ -204,7 +204,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     }
 }
 
-/// The speed of an axis: the longest way that the axis moves in a tick, and in a poll.
+/// The speed of an axis: the most that the axis moves in a tick, and in a poll.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Speed {
     per_tick: u32,
@@ -229,7 +229,7 @@ impl Speed {
         self.per_poll.div_ceil(D::UNIT)
     }
 
-    /// Returns the longest way that an axis moves in a poll after this time.
+    /// Returns the most that an axis moves in a poll that comes `elapsed` ticks after the poll before.
     fn way(self, elapsed: u32) -> u32 {
         self.per_tick.saturating_mul(elapsed).min(self.per_poll)
     }
@@ -331,17 +331,17 @@ pub struct Output<D, const AXES: usize> {
 /// output. Only `poll` moves the output.
 ///
 /// Two consecutive outputs of an axis differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and
-/// by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes come, whatever
-/// the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a quarter of the
-/// travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves nothing, and
-/// several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends within
-/// [`live_after`](FailsafeParameters::live_after), however the demands move.
+/// by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever bytes
+/// come, whatever the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a
+/// quarter of the travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves
+/// nothing, and several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends
+/// within [`live_after`](FailsafeParameters::live_after), however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///
 /// `frame` and `poll` write the same memory, so neither may interrupt the other. If an interrupt receives frames and a
-/// task of another priority polls, pass the demands through a shared cell that the task empties, and call both
-/// functions from the task, or call each of them in a critical section.
+/// task of another priority polls, there are two ways: call each function in a critical section, or call both functions
+/// from the task. In the second case, the interrupt puts the demands into a shared cell, which the task empties.
 ///
 /// # Examples
 /// ```
@@ -399,7 +399,7 @@ pub struct Failsafe<D, const AXES: usize> {
 struct Axis {
     position: u32,
     is_live: bool,
-    /// Whether the last target was above the axis.
+    /// Whether the last target was above the axis's position.
     rises: bool,
 }
 
@@ -523,8 +523,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         elapsed
     }
 
-    /// Moves each axis by at most the first of the `ways`, or by at most the second if the axis is live. Returns the
-    /// output.
+    /// Moves each axis by at most the first distance in `ways`, or by at most the second if the axis is live. Returns
+    /// the output.
     fn step(&mut self, ways: [u32; 2]) -> Output<D, AXES> {
         let FailsafeParameters {
             park,

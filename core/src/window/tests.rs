@@ -9,8 +9,8 @@ use std::{vec, vec::Vec};
 use super::{BLOCK, Window};
 use crate::{DiscardReason, Found, FrameBytes, Shape};
 
-/// Draws one of three values, so that bytes often agree with the format. One of the three values is 0, because the word
-/// is 0 above the window's marker.
+/// Draws one of three values, so that bytes often agree with the format. One of the values is 0: the bits above the
+/// window's marker are also 0, and the receiver must not take them for bytes.
 fn byte() -> impl Strategy<Value = u8> {
     prop::sample::select(vec![0, 1, 2])
 }

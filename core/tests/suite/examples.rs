@@ -46,8 +46,8 @@ examples! {
     embedded_io "../../examples/embedded_io.rs";
 }
 
-/// A frame that contains the end of a frame and the beginning of another one. If its first byte is lost, a receiver
-/// finds a frame at the wrong place in each pair of frames, until a pause.
+/// A frame that contains a CR, followed by `AB`. If its first byte is lost, a receiver finds a frame at the wrong place
+/// in each pair of frames, until a pause.
 const AMBIGUOUS: &[u8] = b"AB\0\rAB\r";
 const RIGHT: [u8; 3] = *b"\rAB";
 const WRONG: [u8; 3] = *b"AB\0";
@@ -59,7 +59,7 @@ const REPEATED: usize = 1_000;
 /// bytes and line events to the handler, and returns the setpoints.
 fn is_right_after_one_pause(mut receive: impl FnMut(Result<&[u8], LineEvent>) -> Vec<Setpoint>) {
     let stream = AMBIGUOUS.repeat(REPEATED);
-    // The receiver cannot know better, so these frames show that the pause is needed.
+    // Without a pause, the receiver cannot tell these wrong frames from the right ones.
     let before = receive(Ok(&stream[1..]));
     assert_eq!(before, [Setpoint::from(WRONG); REPEATED - 1]);
     for lost in 0..AMBIGUOUS.len() {
@@ -115,7 +115,7 @@ fn the_loop_is_right_after_one_pause() {
                 .filter_map(|&byte| reception.iterate(now, Some(byte)));
             return setpoints.collect();
         }
-        // The loop's port reports no errors, but pauses.
+        // The port reports no errors, so each line event is a pause here.
         let silence = (0..=5).filter_map(|_| {
             now = now.wrapping_add(1);
             reception.iterate(now, None)

@@ -73,7 +73,7 @@ fn each_reason_is_given() {
         slip(b"a\xC0abcde\xC0"),
         (vec![], vec![(1, NoSync), (5, TooLong), (1, NoSync)])
     );
-    // A block that its delimiter cuts.
+    // A delimiter within a block.
     let cobs = received(Stuffing::Cobs, 9, b"\0\x04ab\0\x02c\0");
     assert_eq!(cobs, (vec![b"c".to_vec()], vec![(4, BrokenStuffing)]));
     let dle = received(

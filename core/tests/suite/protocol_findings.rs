@@ -150,8 +150,8 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     assert_eq!(ambiguous, 512);
 }
 
-/// With BIN-CRC8, no frame that is repeated without a pause gives a wrong setpoint. The bytes of only one stream are
-/// frames at two offsets. Both of its frames, with the reserved bytes 0A and EF, have the setpoint 0D 41 42.
+/// With BIN-CRC8, no frame that is repeated without a pause gives a wrong setpoint. Only one repeated frame contains
+/// frames at two offsets. The frames at both offsets have the setpoint 0D 41 42, with the reserved bytes 0A and EF.
 #[test]
 fn repeated_frames_of_bin_crc8_give_no_wrong_setpoint() {
     // A repeated frame can contain another frame only if it contains CR and AB in a row. The checksum may be part of

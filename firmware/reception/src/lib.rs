@@ -7,10 +7,10 @@
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte *waits* if
 //! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX to the round that reads the
-//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round. For a silence of S,
-//! choose `GAP` as S and the duration of a byte. Then a round that is not late reports every silence longer than S, and
-//! none that is shorter. A late round makes a silence look longer by its delay, so it may report a gap on a line without
-//! pauses. Such a gap costs the frame that it ends, and is counted.
+//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round. For a silence of
+//! S, choose `GAP` as the sum of S and the duration of a byte. Then a round that is not late reports every silence
+//! longer than S, and none that is shorter. A late round makes a silence look longer by its delay, so it may report a
+//! gap on a line without pauses. Such a gap costs the frame that it ends, and is counted.
 //!
 //! ```text
 //!            ┌───────────┐    line error: report it    ┌──────────┐
@@ -35,8 +35,8 @@
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
 //! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
 //! a round at each tick. So if one of these other events is lost, duplicated or late, a decision is delayed by at most
-//! one tick. A lost ENDRX can be noticed in memory, because a byte that has lain in memory for a whole tick was never
-//! read. A duplicate ENDRX is cleared before the next transfer.
+//! one tick. A lost ENDRX is noticed in memory: a byte that lies there from one tick to the next was never read. A
+//! duplicate ENDRX is cleared before the next transfer.
 //!
 //! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. Before the UARTE is switched off, its receiver
 //! must be stopped. So the reception triggers STOPRX, and RXTO follows five byte times after STOPRX. No handler has to
@@ -132,7 +132,8 @@ struct SinceByte {
 /// The state of the reception.
 ///
 /// If a byte waits in the FIFO when a transfer is opened, the UARTE stores it within `NONE_WAITS` (assumption A1).
-/// `GAP` is the time after STARTRX after which no frame may continue (L1): a silence and the byte that ends it.
+/// `GAP` is the time since STARTRX at which the current frame ends: the length of a silence plus the duration of the
+/// byte that ends it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,

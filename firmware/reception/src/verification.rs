@@ -5,17 +5,17 @@
 //! * S1. Bytes are handed on in order and once each. No byte that the chip reports as corrupted is handed on. There is
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
 //!   with a good stop bit. The chip does not report this false byte. After a restart, the reception has reported an
-//!   event before the false byte. After [`begin`](crate::Reception::begin) it has reported nothing, but no earlier byte
-//!   was handed on.
+//!   event before the false byte. After [`begin`](crate::Reception::begin), no event precedes the false byte, and no
+//!   other byte was handed on before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. A gap is measured from
-//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round. If
-//!   rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come counts as
-//!   lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
+//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round.
+//!   If rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come
+//!   counts as lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
-//!   or drops it. If the round drops the byte, an event has been reported since the last byte was handed on, by this
-//!   round or an earlier one. The round reports each gap once. It leaves a transfer open, unless an ENDRX is late or
-//!   lost. It clears ENDRX and ERROR.
+//!   or drops it. If the round drops the byte, this round or an earlier one has reported an event since the last byte
+//!   was handed on. Each gap is reported once. The round leaves a transfer open, unless an ENDRX is late or lost. It
+//!   also clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
 //!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no byte
 //!   arrives after the last error, these are at most the byte in memory and the bytes in the FIFO. If rounds are late
@@ -23,7 +23,7 @@
 //! * L3. If an ENDRX is lost, the reception reports the loss and stops the UARTE by the second tick. If the byte in
 //!   memory looks like no byte, the report and the stop come only when the FIFO has overrun. The UARTE is restarted in
 //!   the round that RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first
-//!   round that finds twice the time `GAP` elapsed since the stop. From then on L2 holds. If one ENDRX after another is
+//!   round that runs at least twice `GAP` after the stop. From then on L2 holds. If one ENDRX after another is
 //!   lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
@@ -38,19 +38,19 @@
 //! lets the chip take steps between two accesses. L1 to L3 are proved for rounds and ticks during which the chip takes
 //! no step. L2 and L3 also assume that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
-//! Decisions read only the events ENDRX and RXTO. The model also has ERROR, which only wakes the handler. All other
-//! events may be lost, duplicated or late. If no event wakes the handler, the next tick requests the round. RXTO may
-//! come at any time, or never.
+//! Decisions read only the events ENDRX and RXTO. All other events only wake the handler, and may be lost, duplicated
+//! or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick requests the round.
+//! RXTO may come at any time, or never.
 //!
 //! The proof makes these assumptions about the chip. The self-test's table has a row for each:
 //!
 //! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a time a
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
 //!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
-//!   another value may be late by any amount of time, or lost. A byte that begins to wait later may be stored at any
-//!   later time. The exception is a corrupted byte that is stored, as with a parity error. This byte is stored before
-//!   the timer of the drain that its error begins reaches `NONE_WAITS`. In the model, a byte and its error arrive
-//!   together.
+//!   another value may be late by any amount of time, or lost. A byte that begins to wait after such a time may be
+//!   stored at any later time. There is one exception: if a corrupted byte is stored, as with a parity error, its error
+//!   begins a drain. The byte is stored before the timer of this drain reaches `NONE_WAITS`. In the model, a byte and
+//!   its error arrive together.
 //! * A2. The FIFO continues to receive while no transfer is open.
 //! * A3. When a byte that was received after an error is stored, ERRORSRC already shows the error. If the corrupted
 //!   byte itself is stored, as with a parity error, ERRORSRC also shows the error by then.

@@ -32,14 +32,14 @@ pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 /// number of bytes.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
-    /// The programs of `on-chip` with this receiver. Each has the end of the feature that selects it, which follows the
-    /// protocol's name in the feature, and a name for the tables. Empty if the receiver does not run on the chip.
+    /// The programs of `on-chip` with this receiver. Each entry has the text to append to the protocol's feature, such
+    /// as `-cobs` or `,line`, and a name for the tables. The list is empty if the receiver does not run on the chip.
     pub(crate) on_chip: Vec<(String, &'static str)>,
     /// Returns the frames that the contender finds in a stream.
     pub(crate) deliver: Box<dyn Fn(&[u8], usize) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], usize) -> Duration>,
-    /// The naive reference of framelock's own receiver.
+    /// The naive reference for framelock's own receiver; `None` for other crates.
     pub(crate) reference: Option<Reference>,
 }
 
@@ -191,7 +191,7 @@ fn reference<F: Format + Copy + 'static>(format: F) -> Reference {
 }
 
 /// Passes a stream to a contender. The two loops are separate functions, so that the compiler may keep the contender in
-/// registers in the first one.
+/// registers in `by_byte`.
 fn hand_over<C: Contender>(
     contender: C,
     stream: &[u8],

@@ -100,8 +100,9 @@ fn between(delimiter: u8, unstuff: fn(&[u8]) -> Option<Vec<u8>>) -> Reference {
     })
 }
 
-/// Returns the table of further streams. A receiver that is switched on inside a packet, at each of seven places, should
-/// deliver only the packet after it. If only one delimiter stands between two packets, it should deliver all packets.
+/// Returns the table of two more tests. A receiver that is switched on inside a packet should deliver only the next
+/// packet; the test tries seven positions. If only one delimiter stands between each two packets, a receiver should
+/// deliver all packets.
 pub(crate) fn joined() -> Vec<Row> {
     let mut rows = Vec::new();
     let cobs: fn(&[u8]) -> Vec<u8> = cobs::encode_vec_including_sentinels;

@@ -27,8 +27,8 @@ struct Contender {
     entry: Entry,
     by_byte: Vec<Answer>,
     by_chunk: Vec<Answer>,
-    /// The speed in megabytes per second in chunks of 64 bytes, for each stream. The last two are those for the first
-    /// stream, byte by byte and as a whole.
+    /// The speed in megabytes per second in chunks of 64 bytes, for each stream. The last two elements are the speeds
+    /// for the first stream, passed byte by byte and as a whole.
     speeds: [f64; FAULTS.len() + 2],
 }
 

@@ -1,4 +1,4 @@
-//! Checks that the parts of a layout agree. Whether frames exist is not checked: a test makes one.
+//! Checks that the parts of a layout agree, but not that the layout has any frames.
 
 mod checksum;
 mod content;
@@ -111,7 +111,8 @@ pub(super) const fn least(layout: &Layout) -> usize {
         _ => layout.header(),
     };
     let mut from_end = layout.terminator.length.saturating_add(layout.behind);
-    // In a format of fixed length, a position counted from the end is also a fixed position from the start.
+    // In a format of fixed length, these parts may lie in the header, because their offsets from the start are fixed
+    // too.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
             from_end = larger(from_end, distance_from_end(checksum.at));

@@ -79,9 +79,9 @@ pub enum Encoding {
 pub enum Algorithm<'a> {
     /// A cyclic redundancy check.
     Crc(Crc<'a>),
-    /// The sum of the bytes. The inverted sum, such as 0xFFFF - sum in two bytes, is a sum whose
-    /// [`xor_out`](Checksum::xor_out) has all bits. The negated sum, which added to the sum of the bytes gives zero, is
-    /// a sum whose [`initial`](Checksum::initial) and `xor_out` have all bits.
+    /// The sum of the bytes. For the inverted sum, such as 0xFFFF - sum in two bytes, set all bits of
+    /// [`xor_out`](Checksum::xor_out). For the negated sum, which gives zero when added to the sum of the bytes, set
+    /// all bits of both [`initial`](Checksum::initial) and `xor_out`.
     Sum,
     /// The sum of the bytes. A carry out of the checksum's highest bit is added to the sum.
     CarrySum,

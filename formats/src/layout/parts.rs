@@ -58,9 +58,9 @@ pub enum Length {
     /// The first terminator after the sync ends the frame, together with the bytes [behind](super::Layout::behind) the
     /// terminator.
     Delimiter,
-    /// The frame ends where the line falls silent: at a pause or a break. A framing, parity or overrun error never
-    /// completes a frame. So report each pause to the receiver. It then delivers only the longest frame that ends there
-    /// and begins after the last line event.
+    /// The frame ends where the line falls silent: at a pause or a break. So report each pause to the receiver. The
+    /// receiver then delivers only the longest frame that ends at the pause and begins after the last line event. A
+    /// framing, parity or overrun error never completes a frame.
     Silence,
 }
 
@@ -79,7 +79,7 @@ pub struct LengthField {
 }
 
 impl LengthField {
-    /// Returns a number that counts all bytes of a frame.
+    /// Returns a length field whose number counts all bytes of a frame.
     #[inline]
     #[must_use]
     pub const fn new(number: Number) -> Self {
@@ -91,7 +91,7 @@ impl LengthField {
         }
     }
 
-    /// Returns a one-byte number that counts all bytes of a frame.
+    /// Returns a length field of one byte, which counts all bytes of a frame.
     #[inline]
     #[must_use]
     pub const fn byte(at: usize) -> Self {

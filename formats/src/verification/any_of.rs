@@ -98,10 +98,10 @@ fn any_of_three() {
     }
 }
 
-/// Theorem 13f for several layouts. A line event follows `count` bytes. Silence may end the frames of some layouts. If one
-/// of the layouts finds a frame at the beginning of the bytes, the first of these layouts decides. So no order of the
-/// layouts loses a frame. If no layout finds a frame, the bytes are rejected (law 6). The reason is the line event, unless
-/// a layout whose frames end with silence found an error after the header.
+/// Theorem 13f for several layouts. A line event follows `count` bytes. Silence may end the frames of some layouts. If
+/// any layouts find a frame at the beginning of the bytes, the first of them decides. So no order of the layouts loses
+/// a frame. If no layout finds a frame, the bytes are rejected (law 6). The reason is the line event, unless a layout
+/// whose frames end with silence found an error after the header.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three_before_an_event() {
@@ -144,7 +144,7 @@ fn any_of_three_before_an_event() {
     }
     if let Classification::Frame(length) = said {
         assert!(1 <= length && length <= count);
-        // If no frame ends with silence, the layout that found the frame also decodes it.
+        // If silence ends the frames of no layout, the layout that found the frame also decodes it.
         let is_its_frame =
             |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
         let is_silent = silent.iter().any(Option::is_some);

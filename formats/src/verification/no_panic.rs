@@ -24,34 +24,34 @@ fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     part(bytes, 0, kani::any_where(|&count| count <= N))
 }
 
-/// Calls a function once for each algorithm except a CRC, with an arbitrary checksum of this algorithm. A single call
-/// with an arbitrary one of these algorithms would be too much for the prover.
-fn for_each_sum(mut of: impl FnMut(Checksum<'static>)) {
-    let mut of = |algorithm| {
-        of(Checksum {
-            algorithm,
-            ..any_checksum()
-        });
-    };
-    of(Algorithm::Sum);
-    of(Algorithm::CarrySum);
-    of(Algorithm::SumWords);
-    of(Algorithm::Xor);
-    of(Algorithm::XorWords);
-    of(Algorithm::Fletcher);
-}
-
 fn any_extra() -> Option<u8> {
     kani::any::<bool>().then(kani::any)
 }
 
+/// Checks three bytes with an arbitrary checksum of each of these algorithms.
+fn in_checking(algorithms: [Algorithm<'static>; 3]) {
+    let bytes: [u8; 3] = kani::any();
+    let mut is_right = false;
+    for algorithm in algorithms {
+        let sum = Checksum {
+            algorithm,
+            ..any_checksum()
+        };
+        is_right |= sum.is_right(&bytes, kani::any(), any_extra());
+    }
+    kani::cover!(is_right, "right");
+}
+
 #[kani::proof]
 #[kani::unwind(5)]
-fn in_checking() {
-    let bytes: [u8; 3] = kani::any();
-    for_each_sum(|sum| {
-        kani::cover!(sum.is_right(&bytes, kani::any(), any_extra()), "right");
-    });
+fn in_checking_sums() {
+    in_checking([Algorithm::Sum, Algorithm::CarrySum, Algorithm::SumWords]);
+}
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn in_checking_xors_and_fletcher() {
+    in_checking([Algorithm::Xor, Algorithm::XorWords, Algorithm::Fletcher]);
 }
 
 /// Writes a checksum of one algorithm, because checksums of all algorithms are written in the same way. [`in_checking`]
@@ -87,10 +87,9 @@ fn in_a_crc() {
 }
 
 /// Seals `N` bytes as a frame of an arbitrary layout that has neither a length field nor a checksum.
-/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so
-/// the sync may be missing here.
-/// [`super::laws`] covers the classification of the bytes, which `seal` performs too. So only [`in_sealing_and_classifying`]
-/// calls `seal` as a whole.
+/// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync,
+/// so the sync may be missing here. [`super::laws`] covers the classification of the bytes, which `seal` performs too.
+/// So only [`in_sealing_and_classifying`] calls `seal` as a whole.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
@@ -202,23 +201,27 @@ fn in_decoding_either_layout() {
     in_decoding::<_, 8>(&AnyOf(&[BIN, BIN_CRC8]));
 }
 
+/// Decodes `N` bytes, of which the first is given. Returns the length of the sentence, or 0 if the bytes are no sentence.
+fn sentence_in_gnss<const N: usize>(first: u8) -> usize {
+    let mut bytes: [u8; N] = kani::any();
+    bytes[0] = first;
+    match Gnss::<30>.decode(&bytes) {
+        gnss::Message::Nmea(text) => text.len(),
+        _ => 0,
+    }
+}
+
 /// The bytes begin with the first byte of a sync, or with 0. The 0 stands for all other bytes, because only the
-/// comparison with the syncs examines the first byte.
+/// comparison with the syncs examines the first byte. For each protocol, the bytes are too few for a frame, and enough.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_decoding_gnss() {
-    let mut bytes: [u8; 30] = kani::any();
-    let mut decoded = |first| {
-        bytes[0] = first;
-        let is_sentence = matches!(
-            Gnss::<30>.decode(any_bytes(&bytes)),
-            gnss::Message::Nmea(text) if text.len() == 24
-        );
-        is_sentence
-    };
-    let is_sentence = decoded(b'$');
-    let _ = (decoded(b'!'), decoded(0xB5), decoded(0xD3), decoded(0));
-    kani::cover!(is_sentence, "a sentence");
+    let _ = Gnss::<30>.decode(&[]);
+    let _ = (sentence_in_gnss::<3>(b'$'), sentence_in_gnss::<30>(b'!'));
+    let _ = (sentence_in_gnss::<7>(0xB5), sentence_in_gnss::<30>(0xB5));
+    let _ = (sentence_in_gnss::<5>(0xD3), sentence_in_gnss::<30>(0xD3));
+    let _ = sentence_in_gnss::<30>(0);
+    kani::cover!(sentence_in_gnss::<30>(b'$') == 24, "a sentence");
 }
 
 /// Calls the functions of a layout that compute something. The others only return a field.
@@ -244,7 +247,7 @@ fn in_asking_a_layout() {
     kani::cover!(length + 1 == bytes.len(), "another terminator");
 }
 
-/// The fields of messages that are computed from the payload.
+/// Calls the functions of messages that compute a value from the payload.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_fields_of_messages() {
@@ -259,15 +262,20 @@ fn in_fields_of_messages() {
     kani::cover!(rtcm::Message { payload }.number().is_some(), "a number");
 }
 
-/// Encodes a message into a buffer of up to `N` bytes. The bytes in the buffer before the call do not matter, because
-/// `write` overwrites each byte of the frame before it reads the byte. The cover requires a frame that fills the buffer.
-fn in_encoding<F: EncodeInto, const N: usize>(format: &F, message: F::Message<'_>) {
-    let mut into = [0; N];
-    let into = into.get_mut(..any_up_to(N)).unwrap();
-    let is_full = format
-        .encode_into(message, into)
-        .is_ok_and(|frame| frame.len() == N);
-    kani::cover!(is_full, "the longest frame");
+/// Encodes a message whose frame has `length` bytes into a buffer of this length, and into a buffer that is one byte too
+/// short. The bytes in the buffer before the call do not matter, because `write` overwrites each byte of the frame before
+/// it reads the byte. All lengths in these harnesses are constants, because a prover needs much more time for arbitrary
+/// lengths. Returns true if the message has a frame.
+fn in_encoding<'m, F>(format: &F, message: F::Message<'m>, length: usize) -> bool
+where
+    F: EncodeInto<Message<'m>: Copy>,
+{
+    let mut into = [0; 32];
+    let short = &mut into[..length - 1];
+    assert!(format.encode_into(message, short).is_err());
+    format
+        .encode_into(message, &mut into[..length])
+        .is_ok_and(|frame| frame.len() == length)
 }
 
 #[kani::proof]
@@ -279,13 +287,13 @@ fn in_encoding_sbus() {
         frame_lost: kani::any(),
         failsafe: kani::any(),
     };
-    in_encoding::<_, 25>(&Sbus, message);
+    kani::cover!(in_encoding(&Sbus, message, 25), "a frame");
 }
 
 #[kani::proof]
 #[kani::unwind(34)]
 fn in_encoding_ibus() {
-    in_encoding::<_, 32>(&Ibus, kani::any());
+    kani::cover!(in_encoding(&Ibus, kani::any(), 32), "a frame");
 }
 
 #[kani::proof]
@@ -296,33 +304,43 @@ fn in_encoding_six_axes() {
     kani::cover!(frame != SixAxesBigEndian::encode(axes), "another order");
 }
 
+/// Encodes an empty payload and the longest payload. The first byte of the frame is an accepted address or another one.
+/// Two addresses are enough, because encoding only compares the address with the syncs.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_encoding_crsf() {
-    let bytes: [u8; 27] = kani::any();
-    let message = crsf::Message {
-        address: kani::any(),
-        kind: kani::any(),
-        payload: any_bytes(&bytes),
+    let (payload, kind) = kani::any::<([u8; 26], u8)>();
+    let is_encoded = |address, payload: &[u8]| {
+        let message = crsf::Message {
+            address,
+            kind,
+            payload,
+        };
+        in_encoding(&Crsf, message, payload.len() + 4)
     };
-    in_encoding::<_, 30>(&Crsf, message);
+    is_encoded(crsf::address::RECEIVER, &[]);
+    is_encoded(crsf::address::GPS, &[1]);
+    let is_encoded = is_encoded(crsf::address::RECEIVER, &payload);
+    kani::cover!(is_encoded, "the longest frame");
 }
 
+/// Encodes an empty payload, the longest payload, and a payload that is one byte too long.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_encoding_ubx() {
-    let bytes: [u8; 23] = kani::any();
-    let message = ubx::Message {
-        class: kani::any(),
-        id: kani::any(),
-        payload: any_bytes(&bytes),
+    let (payload, class, id) = kani::any::<([u8; 23], u8, u8)>();
+    let is_encoded = |length| {
+        let payload = &payload[..length];
+        let message = ubx::Message { class, id, payload };
+        in_encoding(&Ubx::<30>, message, length + 8)
     };
-    in_encoding::<_, 30>(&Ubx::<30>, message);
+    let _ = (is_encoded(0), is_encoded(23));
+    kani::cover!(is_encoded(22), "the longest frame");
 }
 
-/// Encodes a sentence of any byte into a buffer that is too short, and runs the steps of sealing one by one: writes the
-/// parts of the frame, and classifies a frame of constants. With any byte, the search for the end of the frame would be too
-/// much for the prover, because the layout has so many parts.
+/// Encodes a sentence of one arbitrary byte into a buffer that is too short, and runs the steps of sealing one by one:
+/// writes the parts of the frame, and classifies a frame of constants. With an arbitrary byte, the search for the end
+/// of the frame would be too much for the prover, because the layout has so many parts.
 #[kani::proof]
 #[kani::unwind(8)]
 fn in_encoding_nmea() {
@@ -340,33 +358,52 @@ fn in_encoding_nmea() {
 #[kani::unwind(12)]
 fn in_encoding_rtcm() {
     let bytes: [u8; 3] = kani::any();
-    let payload = any_bytes(&bytes);
-    in_encoding::<_, 9>(&Rtcm, rtcm::Message { payload });
+    let is_encoded = |length| {
+        let payload = &bytes[..length];
+        in_encoding(&Rtcm, rtcm::Message { payload }, length + 6)
+    };
+    let _ = (is_encoded(0), is_encoded(1), is_encoded(2));
+    kani::cover!(is_encoded(3), "the longest frame");
 }
 
 const ONE_MESSAGE: &[KnownMessage] = &[KnownMessage::with_extra(1, 7, 255)];
 
-fn any_mavlink(payload: &[u8]) -> mavlink::Message<'_> {
+fn any_mavlink(id: u32, payload: &[u8]) -> mavlink::Message<'_> {
     mavlink::Message {
         sequence: kani::any(),
         system: kani::any(),
         component: kani::any(),
-        id: kani::any(),
+        id,
         payload,
         signature: None,
     }
 }
 
+/// Encodes payloads of up to two bytes, an unknown message, and a message whose number is too large for MAVLink 1.
 #[kani::proof]
-#[kani::unwind(7)]
+#[kani::unwind(11)]
 fn in_encoding_mavlink1() {
     let bytes: [u8; 2] = kani::any();
-    in_encoding::<_, 10>(&Mavlink1(ONE_MESSAGE), any_mavlink(any_bytes(&bytes)));
+    let is_encoded = |id, length: usize| {
+        let message = any_mavlink(id, &bytes[..length]);
+        in_encoding(&Mavlink1(ONE_MESSAGE), message, length + 8)
+    };
+    let _ = (is_encoded(2, 0), is_encoded(256, 0));
+    let _ = (is_encoded(1, 0), is_encoded(1, 1));
+    kani::cover!(is_encoded(1, 2), "the longest frame");
 }
 
+/// Encodes an empty payload, and payloads of four bytes with and without trailing zeros. Also encodes an unknown message,
+/// and a message whose number is too large for MAVLink 2.
 #[kani::proof]
 #[kani::unwind(11)]
 fn in_encoding_mavlink2() {
-    let bytes: [u8; 4] = kani::any();
-    in_encoding::<_, 16>(&Mavlink2(ONE_MESSAGE), any_mavlink(any_bytes(&bytes)));
+    let is_encoded = |id, payload: &[u8], kept: usize| {
+        let message = any_mavlink(id, payload);
+        in_encoding(&Mavlink2(ONE_MESSAGE), message, kept + 12)
+    };
+    let _ = (is_encoded(2, &[], 0), is_encoded(1 << 24, &[], 0));
+    let [a, b, c]: [u8; 3] = kani::any();
+    let _ = (is_encoded(1, &[], 0), is_encoded(1, &[a, 0, 0, 0], 1));
+    kani::cover!(is_encoded(1, &[a, b, c, 1], 4), "the longest frame");
 }

@@ -7,7 +7,7 @@ use super::any_layout::patterns;
 use super::laws::any_some_and_more;
 use crate::layout::{Algorithm, CheckedLayout, Checksum, Layout, Length};
 
-/// Returns whether the event is a silence. This is the definition, so it does not call the format's own function.
+/// Returns whether the event is a silence. This definition is independent of the format's own function.
 fn is_silence(event: LineEvent) -> bool {
     event == LineEvent::Idle || event == LineEvent::Break
 }
@@ -17,7 +17,7 @@ fn xor(bytes: &[u8]) -> u8 {
 }
 
 /// A layout whose frames end with silence keeps the laws. Before a line event, the bytes are a frame if and only if the
-/// event is a pause or a break, and the sync, the length and the checksum of the whole bytes are right.
+/// event is a pause or a break, and the sync, the length and the checksum of all the bytes together are right.
 #[kani::proof]
 #[kani::unwind(6)]
 fn silence_ends_a_frame() {
@@ -82,8 +82,8 @@ impl Format for Short {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// At a line event, the receiver delivers only the longest frame that ends there and begins after the last event. It
-/// delivers nothing before the event.
+/// At a pause or a break, the receiver delivers only the longest frame that ends there and begins after the last event.
+/// It delivers nothing earlier, and nothing at any other event.
 #[kani::proof]
 #[kani::unwind(6)]
 fn the_longest_suffix_is_delivered() {

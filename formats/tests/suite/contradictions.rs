@@ -1,5 +1,5 @@
-//! Tests the check of layouts. For each contradiction, it must return an error that names the wrong part. A layout without
-//! frames has no example.
+//! Tests the check of layouts. For each contradiction, the check must return an error that names the wrong part. A
+//! layout without frames has no example.
 
 use framelock::{BufferedReceiver, DiscardReason, Format, Found, Frame, LineEvent};
 use framelock_formats::layout::{
@@ -57,7 +57,7 @@ const TEXT: Layout = Layout {
     content: &[(b' ', b'~')],
     ..LINE
 };
-/// `'A' sum`, with any bytes between them.
+/// `'A' 'B'`, any bytes, and a checksum.
 const SILENT: Layout = Layout {
     length: Length::Silence,
     ..COUNTED

@@ -1,5 +1,5 @@
 //! Tests ways in which frames end, and the checksums that common protocols have: Modbus RTU, whose frames end with
-//! silence, checksums after the terminator, and sums and XORs with other rules.
+//! silence, checksums after the terminator, and unusual sums and XORs.
 
 use std::cell::Cell;
 
@@ -63,7 +63,7 @@ fn longest_suffix(bytes: &[u8]) -> Option<&[u8]> {
         .find(is_frame)
 }
 
-/// Returns frames, some of them with a changed or a lost byte, other bytes, and line events.
+/// Returns a mixture of frames, noise and line events. Some of the frames have a changed or a lost byte.
 fn line() -> impl Strategy<Value = Vec<Step>> {
     let some = |count| prop::collection::vec(any::<u8>(), count);
     let fault = prop::option::weighted(0.3, (any::<prop::sample::Index>(), any::<u8>()));
@@ -94,7 +94,7 @@ fn line() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 0..16).prop_map(|steps| steps.concat())
 }
 
-/// At each pause, the longest suffix of the bytes since the last event that is a frame is delivered, and nothing else.
+/// At each pause, the receiver delivers only the longest frame that ends there and begins after the last event.
 #[test]
 fn the_longest_suffix_before_a_pause_is_delivered() {
     let (all, with_noise) = (Cell::new(0), Cell::new(0));
@@ -152,7 +152,7 @@ fn missed_and_false_pauses_and_the_longest_frame() {
         assert_eq!(of(&[(&modbus(&vec![1; count]), idle)]).0.len(), frames);
     }
 
-    // The frame with a wrong CRC counts as such, although a line event ends it. The other bytes count as `LineEvent`.
+    // The first byte of the frame counts as a checksum mismatch, although a line event ends the frame.
     let broken = [&first[..6], &[first[6] ^ 1]].concat();
     let (frames, counters) = of(&[(&broken, idle)]);
     assert!(frames.is_empty());

@@ -1,4 +1,4 @@
-//! Counts the bytes about which one call of a receiver asks its format. The test `limits` and the benchmark that writes
+//! Counts the bytes that a receiver passes to its format in one call. The test `limits` and the benchmark that writes
 //! `docs/rivals.md` use it.
 
 use std::cell::Cell;
@@ -15,7 +15,7 @@ use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
 use framelock_formats::ubx::Ubx;
 
-/// A format that counts the bytes about which it is asked.
+/// A format that counts the bytes that a receiver passes to it.
 #[derive(Clone, Copy)]
 struct Counting<'c, F> {
     format: F,
@@ -56,7 +56,7 @@ impl<F: Format> Format for Counting<'_, F> {
 /// The calls for which the table has a column.
 const CALLS: [&str; 5] = ["push", "poll_step", "line_event_step", "poll", "line_event"];
 
-/// The most bytes about which each of the [`CALLS`] asks the format.
+/// For each of the [`CALLS`], the greatest number of bytes that the call passes to the format.
 type Examined = [usize; 5];
 
 /// Returns the bounds that hold for every stream. `longest` is the number of bytes in the longest frame.
@@ -66,7 +66,7 @@ fn bounds(longest: usize, is_asked_before: bool) -> Examined {
     [longest, pending, before * pending, all, before * all]
 }
 
-/// A format, the number of bytes in its longest frame, and the most bytes that a stream makes a receiver examine.
+/// The name of a format, the number of bytes in its longest frame, and the most bytes that a receiver examines.
 type Row = (&'static str, usize, Examined);
 
 /// Asserts that no call examines more bytes than its bound.
@@ -170,7 +170,8 @@ pub(crate) fn table() -> String {
     let columns = CALLS.map(|call| format!("`{call}`")).join(" | ");
     let rule = " ---: |".repeat(6);
     let mut text = format!("| | longest frame | {columns} |\n| --- |{rule}\n");
-    // `push` of a receiver of fixed length leaves nothing undecided. A line event is one step.
+    // After `push`, a receiver of fixed length has nothing left to examine. A line event takes one step, so
+    // `line_event_step` and `line_event` have equal bounds.
     let fixed = [("BIN", 7), ("BIN-CRC8", 8), ("six axes", 16)].map(|(name, longest)| {
         let [push, _, _, _, line_event] = bounds(longest, false);
         (name, longest, [push, 0, line_event, 0, line_event])

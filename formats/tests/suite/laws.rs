@@ -83,7 +83,7 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     keeps_the_laws(&several, &[stream.clone()]);
 }
 
-/// A format that finds a frame before a line event must find it among the bytes.
+/// The frame that a format finds before a line event must not be longer than the bytes.
 #[test]
 fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
     /// A deliberate mistake: at one kind of line event, the format claims the longest frame.

@@ -1,5 +1,5 @@
-//! Tests the example of handwritten formats: it prints the lines at its end, its format keeps the laws, and its handler is
-//! right after one pause.
+//! Tests the example of handwritten formats: it prints the lines at its end, its format keeps the laws, and its handler
+//! delivers the right texts after one pause.
 
 use std::cell::RefCell;
 

@@ -182,7 +182,7 @@ impl Decoder {
             decided: 0,
             wanted: 0,
             beginning: Vec::new(),
-            // A user who only records may not know yet which frames the line has.
+            // Print no hint to a user who only records, and who may not know yet which frames the line has.
             is_hinted: options.record.is_some() && format == OutputFormat::None,
             format,
             next_look: ENOUGH,
@@ -258,7 +258,8 @@ impl Decoder {
             let Some(bytes) = found.message() else {
                 return;
             };
-            if counts_kinds {
+            // If no frame is of a wanted kind, a message lists the kinds that occur.
+            if counts_kinds || is_partial && self.wanted == 0 {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }
             if is_partial && !self.frame.is_wanted(bytes) {
@@ -328,8 +329,9 @@ impl Decoder {
         let (frames, protocol) = (self.summary.frames, &self.options.frame);
         if frames > 0 && self.wanted == 0 && !self.options.only.is_empty() && !self.is_hinted {
             let only = self.options.only.join(" or ");
+            let kinds = self.summary.kind_names();
             note(&format!(
-                "frames of {protocol}: {frames}, but none of them is {only}"
+                "frames of {protocol}: {frames}, but none of them is {only}; their kinds: {kinds}"
             ));
         }
         if let Some(mut output) = self.summary_output.take() {

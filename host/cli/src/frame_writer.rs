@@ -16,7 +16,7 @@ pub(crate) struct Place {
     pub(crate) time: Option<i64>,
 }
 
-/// The parts of the output that do not change between the frames of a kind or of a view.
+/// The parts of the output that do not change between the frames of a kind, or of a message's view.
 #[derive(Clone)]
 struct KindRow {
     kind: Kind,
@@ -141,7 +141,7 @@ impl FrameWriter {
         units
     }
 
-    /// Returns how to write this frame.
+    /// Returns the parts of this frame's output that do not change.
     #[inline]
     fn kind_row(&self, frame: &[u8]) -> &KindRow {
         match &*self.kind_rows {

@@ -29,7 +29,7 @@ pub(crate) struct Input<'a> {
     reader: Box<dyn Read + Send + 'a>,
     /// Whether the input is a regular file. Such a file does not tell when its bytes arrived.
     pub(crate) is_file: bool,
-    /// The bits of a byte that are data.
+    /// A mask with the data bits of a byte.
     mask: u8,
     /// The number of bytes read so far.
     offset: u64,

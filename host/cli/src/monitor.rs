@@ -133,8 +133,8 @@ impl Watch {
         });
     }
 
-    /// Reports a pause to the receiver, if silence ends the frames. Polls the failsafe as often as a board does. After a
-    /// long interruption, leaves out the beginning.
+    /// Reports a pause to the receiver, if silence ends the frames. Polls the failsafe as often as a board does. If the
+    /// last poll is more than 10 s ago, skips the polls before the last 10 s.
     fn advance_to(&mut self, now: Duration) {
         let is_over = |heard: &mut Duration| now.saturating_sub(*heard) >= IDLE_GAP;
         if self.heard_at.take_if(is_over).is_some() {

@@ -74,7 +74,7 @@ fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, bool)> {
     }
 }
 
-/// Returns the values in the order of the columns. A field may have all values of an array. Unknown fields are ignored.
+/// Returns the values in the order of the columns. An array fills the columns of its field. Unknown fields are ignored.
 fn values(columns: &[Column], by_name: &ByName, fields: &Fields) -> Result<Vec<Option<Value>>> {
     let mut cells = HashMap::new();
     for (name, value) in fields {

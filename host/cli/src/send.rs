@@ -149,8 +149,8 @@ impl Arguments {
         self.line.as_os_str() != "-"
     }
 
-    /// Returns whether the frames have setpoints, so that they can be parked. Checks that the source has such frames, and
-    /// that a port is fast enough for them.
+    /// Checks that the source can give these frames. If they have setpoints, checks that a port is fast enough, and
+    /// returns true, so that the axes can be parked.
     fn check_frames(&self) -> Result<bool> {
         if self.frame.has_setpoints() {
             if self.is_port() {

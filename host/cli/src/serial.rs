@@ -79,7 +79,7 @@ impl PortOptions {
         }
     }
 
-    /// Returns the bits of a byte that are data.
+    /// Returns a mask with the data bits of a byte.
     pub(crate) fn data_mask(&self) -> u8 {
         0xFF >> (8 - self.data_bits())
     }
@@ -250,7 +250,7 @@ fn device(path: &Path) -> Result<Option<impl Sized>> {
     Ok(Some(device))
 }
 
-/// Returns something if `path` is a serial port. On Windows, a serial port is `COM` and a number.
+/// Returns `Some` if `path` is a serial port. On Windows, a serial port is `COM` and a number.
 #[cfg(windows)]
 fn device(path: &Path) -> Result<Option<impl Sized>> {
     let name = path.to_string_lossy().to_ascii_uppercase();

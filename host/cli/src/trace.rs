@@ -21,7 +21,7 @@ use crate::serial::PortOptions;
 #[command(after_help = include_str!("help/trace.txt"))]
 pub(crate) struct Arguments {
     /// Trace bytes in hex (with or without spaces), a file, or - for standard input
-    #[arg(value_name = "HEX|FILE|-", required = true)]
+    #[arg(value_name = "HEX|FILE|-", default_value = "-")]
     source: Vec<OsString>,
     /// Receive with lecture (the lecture's machine, which discards a broken frame) or framelock (which
     /// searches it again) [default: both, in one row where they do the same]
@@ -166,7 +166,7 @@ impl Machine {
         format!("  frame from offset {from}:{fields}")
     }
 
-    /// Returns the sum that accounts for every byte, for BIN with the current setpoint and the reasons.
+    /// Returns the sum that accounts for every byte. For BIN, adds the current setpoint and the reasons.
     fn sum(&self, width: usize) -> String {
         let counters = self.line.counters();
         let (bytes, frames) = (counters.bytes, counters.frames);

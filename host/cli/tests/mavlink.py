@@ -75,13 +75,13 @@ class Field:
     def random_value(self, chance, how):
         if self.is_text:
             length = {"any": self.count, "special": chance.randrange(self.count), "zero": 0}[how]
-            # A text may end with blanks, but not with the byte that fills it.
+            # A text may end with blanks, but not with the byte that pads it.
             return bytes(chance.choice(b" !\"',;AZaz09~") for _ in range(length))
         special = [0, 1, *self.names] + ([] if self.missing is None else [self.missing] * 3)
         if self.is_float:
             if how == "any":
                 number = struct.unpack("<f", chance.randbytes(4))[0] if self.bits == 32 else chance.uniform(-1e9, 1e9)
-                # NaN has many forms, of which a row shows only one.
+                # NaN has many bit patterns, which a row does not distinguish.
                 return 0.5 if math.isnan(number) else number
             # In JSON, NaN is null, which `encode` takes for the missing value.
             odd = [math.inf, -math.inf, -0.5] + [math.nan] * (self.missing is None)

@@ -126,7 +126,8 @@ def check(frame, stream):
         ("polars", inferred),
     ]:
         compare(rows, columns, records(read), (frame, name, "csv"))
-    # framelock encodes the table that polars writes. A float of 64 bits has fewer digits than an integer of 64 bits.
+    # framelock encodes the table that polars writes. polars reads the decimals of large.toml as floats, which lose
+    # digits.
     if frame != "large.toml":
         back = framelock(["encode", "--frame", frame], inferred.write_csv().encode())
         assert back == stream, frame

@@ -17,7 +17,7 @@ const SUMS: &[(&str, Algorithm)] = &[
     ("fletcher-8", Algorithm::Fletcher),
 ];
 
-/// The keys that replace the names of sums in earlier versions.
+/// The errors for names of sums in earlier versions: the keys to use instead.
 const INVERTED: &str =
     "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes";
 const NEGATED: &str = "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes";
@@ -72,7 +72,8 @@ fn spelled(name: &str) -> String {
     }
 }
 
-/// Returns a name without the characters in which spellings differ.
+/// Returns the letters and digits of a name, in lower case. Spellings of a name differ only in case and in other
+/// characters.
 fn plain(name: &str) -> String {
     let letters = name.chars().filter(char::is_ascii_alphanumeric);
     letters.collect::<String>().to_ascii_lowercase()

@@ -42,7 +42,7 @@ impl Kind {
     }
 }
 
-/// The place before all others.
+/// The last place, if no value has been found yet. No pattern has this index.
 const NOWHERE: TextPlace = TextPlace {
     pattern: usize::MAX,
     value: 0,
@@ -108,7 +108,8 @@ impl<'f> Contents<'f> {
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the part of the text at a place. If the part that was found last comes before it, the search continues after that part.
+    /// Returns the part of the text at a place. If the part found last comes before this place in the same pattern, the
+    /// search continues after that part.
     fn part(&self, text: &'f [u8], place: TextPlace) -> Option<&'f [u8]> {
         let pattern = &self.kind.texts[place.pattern];
         let (last, from) = self.last_part.get();

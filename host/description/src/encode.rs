@@ -185,7 +185,7 @@ impl Kind {
             put(field, bits, &mut frame);
         }
         frame.extend(appended);
-        // Check that the end of the text and the terminator do not together form another terminator.
+        // The counted length differs if the end of the text and the terminator together form another terminator.
         if !layout.seal(&mut frame) || layout.counted_length(&frame) != frame.len() {
             return Err(self.why_not(&frame));
         }

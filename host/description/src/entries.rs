@@ -1,4 +1,4 @@
-//! The entries of a description, as its text has them. Entries have spans, because errors name their positions.
+//! The entries of a description, as written in its text. Entries have spans, because errors name their positions.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -57,7 +57,7 @@ pub(crate) enum Ends {
     Silence,
 }
 
-/// The form of the bytes that a checksum covers, if the checksum is computed from other bytes.
+/// The encoding of the bytes that a checksum covers. The checksum is computed from the decoded bytes.
 #[derive(Clone, Copy, Deserialize)]
 pub(crate) enum Over {
     #[serde(rename = "hex digits")]
@@ -188,7 +188,7 @@ pub(crate) fn span<T>(entry: Option<&Spanned<T>>) -> Range<usize> {
     entry.map_or(0..0, Spanned::span)
 }
 
-/// Parses the text of an entry. A mistake is at the position of the text.
+/// Parses the text of an entry. The position of an error is that of the text.
 pub(crate) fn parsed<T>(
     text: &Text,
     parse: impl Fn(&str) -> Result<T, Mistake>,

@@ -55,9 +55,9 @@ pub struct Field {
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
-/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no value.
-/// `is_special` says whether a value has a rare notation, or has a meaning besides these bits and the scale. `is_simple` says whether the field is neither a
-/// part of a text nor the trailer.
+/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no
+/// value. `is_special` says whether the field has an unusual notation, padding, names, or NaN as the missing value.
+/// `is_simple` says whether the field is neither a part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     pub(crate) place: Option<(Range<usize>, usize)>,
@@ -222,8 +222,8 @@ impl Field {
         all.min(self.values())
     }
 
-    /// Returns the number of values that are in a frame of `length` bytes, and their range. Only an array may have fewer
-    /// values than [`values`](Self::values).
+    /// Returns the number of values that are in a frame of `length` bytes, and the range of bytes that they occupy.
+    /// Only an array may have fewer values than [`values`](Self::values).
     #[must_use]
     pub fn present(&self, length: usize) -> (usize, Range<usize>) {
         let partial = || {
@@ -286,7 +286,8 @@ impl Field {
     }
 
     /// Ends a field that takes the rest of the frame before the frame's last `from_end` bytes. If all frames have the
-    /// same length, the field has a fixed length too, unless it is a part of a text. Returns false if no bytes are left for the field.
+    /// same length, the field has a fixed length too, unless it is a part of a text. Returns false if no byte is left
+    /// for the field.
     pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
         let fixed_length = fixed_length.filter(|_| self.text.is_none());
         if let (Some(length), None) = (fixed_length, self.length()) {
@@ -363,8 +364,8 @@ impl Field {
         }
     }
 
-    /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and those of them that
-    /// are 1 in a constant field. If the field takes the rest of the frame, `left` is its number of bytes.
+    /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and for a constant
+    /// field those of its bits that are 1. If the field takes the rest of the frame, `left` is its number of bytes.
     pub(crate) fn masks(&self, left: usize) -> BTreeMap<usize, (u8, u8)> {
         if self.notation == Notation::Hex && !self.is_bytes() {
             let digits = self.constant.map(|bits| self.hex_digits(bits));

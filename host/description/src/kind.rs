@@ -25,11 +25,12 @@ pub struct Kind {
     /// If this is a view: the length of the shortest frame that has one of the view's own fields, and of the shortest
     /// frame that has all of them.
     pub(crate) room: (usize, usize),
-    /// How many bytes at the frame's end hold the terminator and all parts whose positions are counted from the end.
+    /// The number of bytes at the frame's end that hold the terminator and all parts whose positions are counted from
+    /// the end.
     pub from_end: usize,
     /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view that matches its bytes and whose fields all fit. If there is none, the first view that matches its
-    /// bytes and has a field that fits shows the frame.
+    /// first view whose identifying bytes the frame has, and whose fields all fit. If there is no such view, one field
+    /// that fits is enough.
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
     /// are no such bytes, the beginning of the frame's text identifies the frames.
@@ -82,8 +83,8 @@ impl fmt::Display for Part<'_> {
 }
 
 impl Kind {
-    /// Returns another part that has a bit of this field in a frame of `length` bytes. A field may select one of several
-    /// syncs or terminators.
+    /// Returns another part that has a bit of this field in a frame of `length` bytes. A sync or terminator with
+    /// several alternatives does not count, because a field may select one of them.
     pub(crate) fn overlapped(
         &self,
         field: &Field,
@@ -257,8 +258,8 @@ impl Kind {
         shown
     }
 
-    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's bytes, or
-    /// has room for no field. Zeros that the sender has left out count as present.
+    /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's
+    /// identifying bytes, or has room for no field. Zeros that the sender has left out count as present.
     #[inline]
     fn shows(&self, frame: &[u8]) -> Option<bool> {
         let (at, bytes) = &self.sign;

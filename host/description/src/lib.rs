@@ -411,7 +411,8 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
         return Err(Mistake::OutOfRange { what, most });
     }
     let mut places = HashMap::<String, usize>::new();
-    // The greatest number of values of each array. The first kind with an array gets all columns, side by side.
+    // The greatest number of values of each array. All columns of an array are side by side, among the columns of the
+    // first kind that has the array.
     let mut counts = HashMap::<(&str, bool), usize>::new();
     for field in all().flat_map(Kind::varying_fields) {
         let count = counts.entry((&field.name, field.is_array())).or_default();

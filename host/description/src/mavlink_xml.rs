@@ -31,7 +31,7 @@ const NUMBERS: &str = "UINT8_MAX 255, UINT16_MAX 65535, UINT32_MAX 4294967295, U
     127, INT16_MAX 32767, INT32_MAX 2147483647, INT64_MAX 9223372036854775807, UINT8_MIN 0, UINT16_MIN 0, UINT32_MIN 0, \
     UINT64_MIN 0, INT8_MIN -128, INT16_MIN -32768, INT32_MIN -2147483648, INT64_MIN -9223372036854775808";
 
-/// The names of columns that every frame has. A field with such a name gets an underscore at its end.
+/// Names of columns that do not come from a message. A field with such a name gets an underscore at its end.
 const TAKEN: &str =
     " offset length time kind sequence system component message signature compatible_flags ";
 
@@ -176,7 +176,7 @@ impl<'d> Definition<'d> {
         for (number, message) in self.messages.range(..1 << (8 * width)) {
             let (name, base) = (message.name, &message.fields[..message.base]);
             let fields = if version == 1 { base } else { &message.fields };
-            // Without a largest length, because later definitions may add extensions to a message.
+            // The entry has no largest length, because later definitions may add extensions to a message.
             known.push(format!("\n    [{number}, {}],", extra(name, base)));
             let bytes = hex::glued(&number.to_le_bytes()[..width]);
             let begin = format!("[[kinds.views]]\nname = {name:?}\nat = {at}\nbytes = {bytes:?}");
@@ -261,7 +261,7 @@ impl<'d> Field<'d> {
             (None, Some((factor, unit))) if !self.is_float() => (factor.parse().ok(), Some(unit)),
             (None, _) => (None, unit),
             (Some(Ok(factor)), _) if !self.is_float() => (Some(factor), unit),
-            // A factor such as 360/255 is no decimal number. Without it, the unit would be wrong.
+            // A factor such as 360/255 is no decimal number, so the value is not scaled. Its unit would then be wrong.
             (Some(_), _) => (None, None),
         }
     }
@@ -273,7 +273,8 @@ impl<'d> Field<'d> {
             Some(_) => text.strip_prefix('[')?.strip_suffix(']')?,
             None => text,
         };
-        // `[x:]` marks each value of an array. `[x]` marks the first value for all, so a 0 among the others is a number.
+        // In `[x:]`, each value x of the array means a missing value. In `[x]`, x as the first value means that the
+        // whole array is missing. Ignore `[0]`, because a 0 among the other values is a number.
         if self.count.is_some() && text == "0" {
             return None;
         }

@@ -79,8 +79,8 @@ impl Notation {
         }
     }
 
-    /// Returns the number of bytes at the beginning of a value that are never the literal after it: the blanks and the
-    /// sign of a number, and the comma of degrees.
+    /// Returns the index from which the literal after a value may begin: after the blanks and the sign of a number, or
+    /// after the comma of degrees.
     pub(crate) fn least(self, text: &[u8]) -> usize {
         match self {
             Self::Text => 0,

@@ -20,8 +20,8 @@ pub struct PatternValue {
     pub name: Option<String>,
     /// The notation of the value; text for skipped bytes.
     pub notation: Notation,
-    /// The literal after the value, to which the value reaches. Only the literal after the last value may be empty: then
-    /// the value reaches to the end of the text.
+    /// The literal after the value. The value ends where this literal begins. Only the literal after the last value may
+    /// be empty: then the value reaches to the end of the text.
     pub after: Vec<u8>,
 }
 
@@ -94,9 +94,10 @@ impl Pattern {
         Some((0, begins(&self.first, text)?))
     }
 
-    /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from the
-    /// pattern before the value. If the text ends before that literal, the value reaches to the end of the text. `from`
-    /// is this value or an earlier one, and the index at which it begins.
+    /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from
+    /// the pattern before the value. If the text ends before that literal, the value reaches to the end of the text.
+    /// The search begins at `from`: the number of this value or of an earlier value, and the index at which that value
+    /// begins.
     pub(crate) fn find<'t>(
         &self,
         text: &'t [u8],

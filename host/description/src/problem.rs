@@ -25,7 +25,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Returns the problem with the name, the line and the column that a text gives it.
+    /// Returns the mistake with the name of its text, and its line and column in the text.
     pub(crate) fn within(name: &str, text: &str, found: Located) -> Self {
         let Located { span, mistake } = found;
         let before = &text[..span.start];
@@ -124,10 +124,10 @@ pub enum Mistake {
         /// The length of the frame.
         length: usize,
     },
-    /// Two things have the same name.
+    /// Two kinds or two values have the same name.
     #[error("two {things} called {name}")]
     SameName {
-        /// The things and a verb, such as `values are`.
+        /// Either `kinds are` or `values are`.
         things: &'static str,
         /// The name.
         name: String,
@@ -318,7 +318,7 @@ pub enum EncodeError {
 /// The reason why a value does not fit its field.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Misfit {
-    /// The value has another type than this one.
+    /// The value is not of this type.
     #[error("is not {0}")]
     Not(&'static str),
     /// The value is not a number in the field's range.

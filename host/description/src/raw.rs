@@ -144,8 +144,8 @@ impl Field {
         Ok(digits.into_bytes())
     }
 
-    /// Returns the digits of the decimal number before scaling that is nearest to a value, and the number of decimals. If
-    /// the description does not give this number, the shown number has as many decimals as the value.
+    /// Returns the digits of the decimal number before scaling that is nearest to a value, and the number of decimals.
+    /// If the description does not give a number of decimals, the shown number has as many decimals as the value.
     fn decimal(&self, value: &Json) -> Result<(i128, u32), Misfit> {
         let one = Decimal {
             digits: 1,

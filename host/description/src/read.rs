@@ -126,7 +126,7 @@ impl Kind {
         Ok(kind)
     }
 
-    /// Returns the view with these entries. The kind has no fields yet. `common` are the fields of the kind.
+    /// Returns the view with these entries. `common` are the fields that the kind will have.
     fn view(
         &self,
         entry: &Spanned<ViewEntry>,
@@ -135,9 +135,9 @@ impl Kind {
     ) -> Result<Self, Located> {
         let (span, entry) = (entry.span(), entry.get_ref());
         let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
-        // If a view has a text, the view's fields are added to the field that takes the rest of the frame. Otherwise the
-        // view's fields replace that field. They always replace the values of the kind's text, and the kind's fields
-        // with the same names.
+        // A view with a text keeps the kind's field that takes the rest of the frame; other views leave this field out.
+        // Every view leaves out the values of the kind's text, and replaces fields of the kind that have the same
+        // names.
         let is_common = |read: &&ReadField| {
             let field = &read.field;
             let is_replaced = own.iter().any(|own| own.field.name == field.name);
@@ -176,8 +176,9 @@ impl Kind {
         Ok(view)
     }
 
-    /// Gives the kind its fields. Checks that each field is in every frame that must have it, and outside the sync, the
-    /// length, the checksum and the terminator. Fields may share bytes with each other.
+    /// Gives the kind its fields. Checks, for the shortest and the longest frame, that each field that the frame must
+    /// have is inside the frame, and outside the sync, the length, the checksum and the terminator. Fields may share
+    /// bytes with each other.
     fn place(&mut self, fields: &[ReadField], trailer: Option<Field>) -> Result<(), Located> {
         let longest = self.layout().longest_without_trailer();
         let fixed_length = (self.layout().length == Length::Fixed).then_some(longest);
@@ -348,7 +349,7 @@ fn length(all: &Entries) -> Result<Length, Located> {
                         leave one out";
             Err(Located::new(length.span(), rule))
         }
-        // Only the delimiter after such a packet shows that the packet has this length.
+        // Without sync and checksum, only the delimiter after the packet shows that the packet has this length.
         (Some(_), None)
             if all.packets.is_some() && all.sync.is_none() && all.checksum.is_none() =>
         {
@@ -417,7 +418,7 @@ fn fixed_bits(fields: &[ReadField]) -> (Vec<FixedBits>, Vec<Range<usize>>) {
     bits.unzip()
 }
 
-/// Returns the known messages: those of the entry `messages`, or those that a field with a list of values may have.
+/// Returns the known messages: those of the entry `messages`, or the possible values of a field with a list of values.
 fn messages(all: &Entries, fields: &[ReadField]) -> Result<Option<OwnMessages>, Located> {
     let mut messages = match all.messages.as_ref().map(Spanned::get_ref) {
         Some(entry) => Some((number(&entry.at, &entry.r#type)?, entry.known.messages())),
@@ -434,9 +435,9 @@ fn messages(all: &Entries, fields: &[ReadField]) -> Result<Option<OwnMessages>, 
     Ok(messages)
 }
 
-/// Returns a list of messages for a kind that has fixed bits after the header. The list makes a receiver check these bits
-/// before it decides on the kind: the list treats the last byte with fixed bits as the message's number, for which a
-/// receiver always waits. The known numbers are all values of this byte that agree with its fixed bits.
+/// Returns a list of messages for a kind that has fixed bits after the header. The list treats the last byte with fixed
+/// bits as the message's number. A receiver waits for this number before it decides on the kind, so it checks all fixed
+/// bits first. The known numbers are all values of this byte that agree with its fixed bits.
 fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<OwnMessages> {
     let follows = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let last = fixed.iter().filter(follows).max_by_key(|bits| bits.at)?;

@@ -296,7 +296,8 @@ fn read_type(entry: &FieldEntry, span: Range<usize>) -> Result<Type, Located> {
     }
 }
 
-/// Reads the names of numbers. A cell of a table that is not a number must mean one number.
+/// Reads the names of numbers. Names must differ from each other and from numbers, so that a cell of a table means one
+/// number.
 fn names(entry: &Spanned<BTreeMap<String, String>>) -> Result<Vec<(i64, String)>, Located> {
     let mut used = HashSet::new();
     let mut names = Vec::new();

@@ -335,8 +335,7 @@ impl Scale {
     /// greater one.
     pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
         let (sign, factor) = (self.factor.signum(), self.factor.checked_abs()?);
-        // The other terms of the dividend, and the divisor, are whole numbers. So rounding the first term down does not
-        // change the result.
+        // `twice` rounds down. This does not change the result, because all other numbers in the division are whole.
         let doubled = self.twice(&shown.as_number()?.to_string(), sign)?;
         let doubled = doubled.checked_sub(2 * sign * self.offset)?;
         doubled.checked_add(factor)?.checked_div_euclid(2 * factor)
@@ -355,7 +354,8 @@ impl Scale {
         match power {
             Some(power) if more >= 0 => digits.checked_mul(power),
             Some(power) => Some(digits.div_euclid(power)),
-            // The number is nearly 0, or too great.
+            // The power of ten is too great. A number that is divided by it is rounded down to 0 or -1. Only 0 can be
+            // multiplied by it.
             None => (more < 0 || digits == 0).then_some(digits.signum().min(0)),
         }
     }

@@ -88,7 +88,7 @@ fn messages(known: &[KnownMessage], layout: &Layout) -> Value {
 }
 
 /// Returns the smallest and the greatest value of the length field for which a frame without a trailer has an allowed
-/// length. Returns `None` if the field never has a smaller or greater value when the sync is correct.
+/// length. A limit is `None` if no header with a correct sync violates it.
 fn limits(layout: &Layout, field: &LengthField) -> (Option<i64>, Option<i64>) {
     let (plus, factor) = (i64::from(field.plus), i64::from(field.factor));
     let count = |length: usize| i64::try_from(length).expect("a frame's length") - plus;
@@ -121,7 +121,7 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         9..=16 => 16,
         _ => 32,
     };
-    // Moves the bits of a register in which the highest bit is processed first to their places in the C code.
+    // Moves bits to their places in the register of the C code. In `register`, the highest bit is processed first.
     let placed = |register: u32| {
         if crc.reflected_in {
             register.reverse_bits()

@@ -9,7 +9,8 @@ use framelock_formats::layout::{Length, Trailer};
 use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use minijinja::{Value, context};
 
-/// Returns the template values for a layout. Numbers stay numbers: each template writes them in its language.
+/// Returns the template values for a layout. Numbers are not converted to text, because each template writes them
+/// in its own language.
 pub(crate) fn value(layout: &CheckedLayout) -> Value {
     let header = layout.header();
     let fixed = layout.fixed.iter().map(|bits| {

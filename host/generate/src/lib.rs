@@ -1,8 +1,9 @@
 //! Generates source code from a [`Description`]: the layout, a struct for the fields of each kind, and functions that
 //! decode and encode frames.
 //!
-//! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each language
-//! has a template, which walks this plan and contains the text of the program. `c` computes what only C needs.
+//! The plan of a program is plain data: its kinds, their layouts, and their fields with positions and types. Each
+//! language has a template, which walks this plan and contains the text of the program. The module `c` computes values
+//! that only C needs.
 #![forbid(unsafe_code)]
 
 mod c;
@@ -58,7 +59,7 @@ struct Program {
     /// The stuffing, if the frames are packets.
     packets: Value,
     has_kinds: bool,
-    /// Whether values may be unreadable in some kind of frames.
+    /// Whether decoding may fail for some kind of frames.
     may_fail: bool,
     kinds: Vec<KindItem>,
 }
@@ -88,11 +89,11 @@ struct KindItem {
     texts: Vec<Value>,
     /// The index of the first byte of the text.
     text_at: usize,
-    /// How many bytes at the frame's end hold parts whose positions are counted from the end.
+    /// The number of bytes at the frame's end that hold the parts whose offsets count from the end.
     from_end: usize,
-    /// Whether the values may be unreadable.
+    /// Whether decoding may fail: the text may differ from its patterns, or a value may be no number.
     may_fail: bool,
-    /// Whether the pattern says which bytes to write.
+    /// Whether frames can be encoded: there is at most one pattern, and each value in it has a name.
     may_encode: bool,
 }
 
@@ -102,7 +103,7 @@ struct Zeros {
     /// The index of the first byte that may be left out.
     first: usize,
     /// Whether `encode` leaves out these zero bytes. `encode` writes the zero bytes if a field takes the rest of the
-    /// frame, or if some lengths are not possible.
+    /// frame, or if the frame's length must be a multiple of a number.
     are_left_out: bool,
 }
 
@@ -117,7 +118,7 @@ struct Item {
     /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
     needs: Option<usize>,
     /// The minimum length of a frame with this field, for encoding. `None` if this field never makes a frame longer
-    /// than `start`.
+    /// than the kind's `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
@@ -145,7 +146,7 @@ struct Item {
     notation: String,
     /// The number of decimals of a number in decimal notation.
     decimals: u32,
-    /// Whether the bytes of the field may be no number in its notation.
+    /// Whether reading the field fails for some bytes, because they are no number in the field's notation.
     is_fallible: bool,
     /// The number of bytes in a number.
     bytes: usize,
@@ -192,7 +193,7 @@ impl Program {
 impl KindItem {
     fn new(kind: &Kind, name: String, language: &Language) -> Self {
         let is_fixed = kind.layout().length == Length::Fixed;
-        // A sender may leave out the end of these fields.
+        // A sender may leave out trailing zero bytes of these fields.
         let is_cut = |field: &Field| {
             let is_alone = !field.is_appended && field.length().is_some();
             kind.has_truncated_zeros && is_alone && kind.shortest_with(field).is_some()
@@ -246,7 +247,8 @@ impl KindItem {
     }
 }
 
-/// Returns whether a text is a part of a field that takes the rest of the frame. Generated code has only that field.
+/// Returns whether a field of bytes lies in another field that takes the rest of the frame. Generated code leaves out
+/// the inner field.
 #[must_use]
 pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
     let fields = kind.fields.iter();
@@ -255,7 +257,7 @@ pub fn is_repeated(kind: &Kind, field: &Field) -> bool {
     has_whole && field.is_bytes() && field.count.is_some() && !field.is_appended
 }
 
-/// Returns whether the bytes of a field may be no number in the field's notation.
+/// Returns whether some bytes are no number in the field's notation.
 fn is_fallible(field: &Field) -> bool {
     !field.is_bytes() && matches!(field.notation, Notation::Hex | Notation::Bcd)
 }

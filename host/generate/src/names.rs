@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-/// A target language: the names that it forbids.
+/// The rules of a target language for names.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
     /// Names, other than keywords, that no kind can have, because every generated program uses them.

@@ -83,7 +83,7 @@ pub(crate) fn source(program: &Value, (template, helpers): Template) -> String {
     source.trim_end().to_owned() + "\n"
 }
 
-/// Returns a number in hexadecimal, with at least two digits or `digits`.
+/// Returns a number in hexadecimal, with at least `digits` digits (two if `digits` is `None`).
 fn hex(number: u64, digits: Option<usize>) -> String {
     let width = 2 + digits.unwrap_or(2);
     format!("{number:#0width$X}")

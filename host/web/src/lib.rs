@@ -1,5 +1,5 @@
-//! Two machines in a browser. Bytes travel on a line, the user breaks one byte, and one machine
-//! goes deaf while the other does not.
+//! The web page with two machines. Bytes travel on a line, the user breaks one byte, and one machine goes deaf while
+//! the other does not.
 //!
 //! ```text
 //!  address ◄─► Scenario ─► line ─► Run: machines and failsafes ─► JSON that the page draws

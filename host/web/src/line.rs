@@ -95,8 +95,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     }
 }
 
-/// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
-/// that the receiver finds on a line without faults.
+/// Returns the bytes as the sender sends them, with a pause after each frame. A frame is what the receiver finds on a
+/// line without faults.
 fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
     let cells = frames.iter().flatten().map(|&byte| Cell {
         sent: Some(byte),
@@ -115,7 +115,7 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
     };
     let ending_event = protocol.description.ending_event();
     for frame in frames {
-        // A break stands before a packet and after it. A pause is only after a frame.
+        // A break must come before a packet too. A pause before a frame changes nothing.
         for bytes in [&[][..], frame] {
             receiver.feed(bytes, &mut on_outcome);
             if let Some(event) = ending_event {

@@ -11,8 +11,8 @@ use framelock_receiving::{AnyLine, Piece, Protocol, Standstill, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
-/// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
-/// eight. An axis takes a second to move from one end to the other. Two frames start it.
+/// Times are in milliseconds. The failsafe holds after a silence of three frames and ramps after eight. Two frames
+/// start an approach. The whole travel of an axis takes a second in an approach, and 0.4 seconds when live.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
@@ -46,7 +46,7 @@ pub(crate) struct Machine {
     pub(crate) standstill: Standstill,
     /// The frame delivered last.
     pub(crate) frame: Vec<u8>,
-    /// The outcomes of the received bytes, in order, and the number of those before the last step.
+    /// The outcomes of the received bytes, in order, and the number of outcomes before the last step.
     pub(crate) fates: Vec<Fate>,
     pub(crate) decided_before: usize,
     pub(crate) tally: Tally,

@@ -15,8 +15,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is three
-/// byte times, plus the time in which the next byte arrives.
+/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is just
+/// over four byte times: a pause of three byte times, and the byte after it.
 const IDLE_AFTER: u32 = 35;
 
 /// The machines at one position on the line.
@@ -115,7 +115,7 @@ impl Run {
 
     /// Returns the machines at this position.
     pub(crate) fn at(&self, position: usize) -> State {
-        // The lecture's machine does not receive all frames.
+        // The lecture's machine receives only BIN frames.
         let policies = [Policy::Lecture, Policy::Framelock].into_iter();
         let lines = policies.filter_map(|policy| AnyLine::new(&self.protocol, policy).ok());
         let machines = lines.map(|line| Machine::new(line, self.protocol.clone()));

@@ -13,7 +13,7 @@ use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode
 /// The name, in the address, of frames that the user describes.
 pub(crate) const OWN: &str = "own";
 
-/// The user's own description, if the address contains none.
+/// The description that the user starts with, if the address contains none.
 const EXAMPLE: &str = include_str!("../page/motor.toml");
 
 /// All settings that determine the view. The view is the same on every computer.
@@ -33,7 +33,7 @@ pub(crate) struct Scenario {
     /// The user's edits of bytes, each with the byte's place on the line. An edit's place refers to the line after all
     /// earlier edits.
     pub(crate) edits: Vec<(usize, Action)>,
-    /// The position: the number of bytes that have arrived.
+    /// The position: the number of steps so far. A step is a byte on the line, arrived or lost, or a time of silence.
     pub(crate) at: usize,
 }
 

@@ -41,7 +41,7 @@ fn see(run: &Run, position: usize, pointer: &str) -> Value {
         .take()
 }
 
-/// Returns one value of each element of a list.
+/// Returns the value at `pointer` in each element of a list.
 fn each<'v>(list: &'v Value, pointer: &str) -> Vec<&'v Value> {
     let list = list.as_array().unwrap().iter();
     list.map(|value| value.pointer(pointer).unwrap()).collect()

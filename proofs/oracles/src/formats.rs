@@ -21,7 +21,7 @@ use crate::{broken, frame, rest};
 pub struct ShippedFormat {
     /// The format's name.
     pub name: &'static str,
-    /// The layouts of its frames.
+    /// The layouts of the format's frames.
     pub layouts: &'static [CheckedLayout<'static>],
     /// Checks that the format's receivers report the same as the reference with the [interpreter](crate::interpret).
     /// Counts the outcomes. Returns the receivers' counters, and panics if the stream shows a bug.

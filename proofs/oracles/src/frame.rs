@@ -36,7 +36,7 @@ pub fn frame(
         };
         (number.at, bytes)
     });
-    // Two of three frames have a trailer, which one bit announces.
+    // If the layout has a trailer, two of three frames carry it. One bit announces the trailer.
     let announced = layout.trailer.filter(|_| choose(3) > 0);
     let bit = announced.map_or(0, |trailer| {
         let bits = (0..8).map(|bit| 1 << bit);
@@ -146,7 +146,7 @@ pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     layout.terminators().skip(own).collect()
 }
 
-/// Returns true if the bytes are a frame, perhaps because silence follows.
+/// Returns true if the bytes are a frame when silence follows them.
 fn is_whole(layout: &Layout, bytes: &[u8]) -> bool {
     interpret_before(layout, bytes, LineEvent::Idle) == Frame(bytes.len())
 }

@@ -16,8 +16,8 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 pub struct AnyFormat {
     /// The seed of the format's classifications.
     pub seed: u32,
-    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete. The upper half chooses the
-    /// length of the longest frame.
+    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete. `patience / 16` chooses
+    /// the length of the longest frame.
     pub patience: u8,
     /// The stream.
     pub stream: Stream,
@@ -233,8 +233,9 @@ const STATES: [&str; 10] = [
     "a line event ends a frame",
 ];
 
-/// Pushes the bytes of a stretch, in which the frames have these ends. Checks when the frames come, and that each byte causes
-/// at most one classification. Returns the frames, and how many of them come late.
+/// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. Checks that no frame
+/// comes too late, and that each byte causes at most one classification. Returns the frames, and how many of them come
+/// late.
 fn push<F>(
     line: &mut Line<BufferedReceiver<F, Vec<u8>>>,
     bytes: &[u8],

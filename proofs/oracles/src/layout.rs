@@ -88,7 +88,7 @@ impl Format for Interpreted<'_> {
     fn classify(&self, bytes: &[u8]) -> Classification {
         let known = |layout: &CheckedLayout| &bytes[..bytes.len().min(layout.most_bytes())];
         let mut all = self.0.iter().map(|layout| interpret(layout, known(layout)));
-        // If several layouts come equally far, the first one decides.
+        // If several layouts found their errors equally late, the first of these layouts decides.
         let first = all.next().expect("a layout");
         all.fold(first, |best, next| {
             if order(&next) > order(&best) {
@@ -201,7 +201,7 @@ fn classify(layout: &Layout, bytes: &[u8], is_over: bool) -> Result<Option<usize
         trailer = announced.bytes;
     }
 
-    // `end` is the frame's length without the trailer. Offsets from the end count back from `counted`.
+    // `end` is the frame's length without the trailer. Negative offsets count back from `counted`.
     let (end, counted) = match layout.length {
         Length::Fixed => (layout.longest, layout.longest),
         Length::Field(field) => {
@@ -345,7 +345,7 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
         }
         encoding => panic!("unknown: {encoding:?}"),
     };
-    // If the checksum covers nothing, the last covered byte is the one before the first.
+    // If the checksum covers nothing, `to` is one less than `from`, so this range is empty.
     let covered = place(checksum.from, counted)..=place(checksum.to, counted);
     let mut covered = frame[covered].to_vec();
     if checksum.over_hex_digits {

@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
-/// Returns the bytes that arrive if the frame has one fault: a byte has another bit, is lost, added, doubled or
-/// misplaced, or only the frame's beginning or end arrives. `choose` chooses a number below its argument: the position
-/// of the fault, the fault, and the wrong bit, the added byte or the other position.
+/// Returns the bytes that arrive if the frame has one fault: one bit is inverted, a byte is lost, added, doubled or
+/// moved, or only the frame's beginning or end arrives. `choose` chooses a number below its argument: first the
+/// position of the fault, then the fault, and then the wrong bit, the added byte or the new position of a moved byte.
 ///
 /// # Panics
 /// Panics if the frame is empty.
@@ -121,7 +121,7 @@ impl ByteFaults {
 mod tests {
     use super::*;
 
-    /// Sends many zero bytes. Returns the byte that arrives for each.
+    /// Sends many zero bytes. For each, returns the byte that arrives, or `None` if it is lost.
     fn carried(drop: f64, flip: f64, seed: u64) -> Vec<Option<u8>> {
         let mut faults = ByteFaults::new(FaultRates { drop, flip }, Seed { seed, trial: 0 });
         (0..10_000).map(|_| faults.carry(0)).collect()

@@ -493,7 +493,7 @@ pub fn packets(input: &AnyPackets, occurred: &mut Occurred) -> Counters {
     counters
 }
 
-/// The ways of stuffing, of which packets are counted.
+/// The names of the ways of stuffing. The packets of each way are counted.
 const WAYS: [&str; 6] = [
     "escape bytes by XOR",
     "escape bytes with a pair of codes",
@@ -503,7 +503,7 @@ const WAYS: [&str; 6] = [
     "breaks",
 ];
 
-/// The [checks](PacketCheck) in order, of which packets are counted.
+/// The names of the [checks](PacketCheck), in order. The packets of each check are counted.
 const CHECKS: [&str; 3] = ["any packet", "XOR", "length and XOR"];
 
 fn way(stuffing: Stuffing) -> usize {

@@ -36,7 +36,7 @@ const LAYOUT: CheckedLayout = Layout {
 pub struct Motor {
     /// Tenths of a degree.
     pub angle: i16,
-    /// Degrees Celsius, which a short frame lacks.
+    /// Degrees Celsius. A short frame has no temperature.
     pub temperature: Option<i8>,
 }
 

@@ -12,13 +12,13 @@ pub struct Assumptions {
     /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur before
     /// the corresponding data has been transferred to Data RAM", but does not say how long before.
     pub dma_lag: u64,
-    /// Cycles from the last byte of a full transfer being in RAM until ENDRX.
+    /// Cycles from the instant at which a full transfer's last byte is in RAM until ENDRX.
     pub end_lag: u64,
     /// Number of ENDRX events of full transfers that will still be lost. Each lost event decrements the number, and
     /// resets do not restore it. [`u32::MAX`] means every event.
     pub lost_end: u32,
-    /// Cycles from the ENDRX of a full transfer until it comes again, if it does. It does not come again if the firmware
-    /// has read ERRORSRC or started another transfer since the first one.
+    /// Cycles from the ENDRX of a full transfer until a second ENDRX for the same transfer; `None` if there is no
+    /// second one. The second ENDRX does not come if the firmware reads ERRORSRC or starts another transfer first.
     pub doubled_end: Option<u64>,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
@@ -27,7 +27,7 @@ pub struct Assumptions {
     /// An overrun drops the oldest byte of the FIFO ("previous data is lost"), as in `BabbleSim`'s model. By
     /// default it drops the new byte.
     pub overrun_drops_oldest: bool,
-    /// An overrun comes at the start bit of the byte that finds no room, and the previous byte is lost, or the oldest
+    /// An overrun comes at the start bit of the byte that finds no room. It drops the previous byte, or the oldest byte
     /// with [`Self::overrun_drops_oldest`]. The specification says: "a start bit is received while the previous data
     /// still lies in RXD". By default the overrun comes at the end of the byte.
     pub overrun_at_start_bit: bool,
@@ -36,10 +36,11 @@ pub struct Assumptions {
     pub any_write_clears: bool,
     /// RXTO also comes with each ENDRX (Zephyr#103578).
     pub causeless_timeout: bool,
-    /// Bits from STOPRX to RXTO. By default these are five bytes of ten bits. The receiver stops after five bytes, or at
-    /// RXTO if RXTO comes later. So if RXTO comes too early, the receiver still runs.
+    /// Bits from STOPRX to RXTO. The default, 50, is the length of five bytes. The receiver stops after 50 bits, or at
+    /// RXTO if RXTO comes later. So if RXTO comes earlier than after 50 bits, the receiver still runs.
     pub bits_to_timeout: u64,
-    /// A parity bit makes the time from STOPRX to RXTO longer, as in `BabbleSim`'s model, which counts whole characters.
+    /// A parity bit makes the time from STOPRX to RXTO longer, as in `BabbleSim`'s model, which counts whole
+    /// characters.
     pub timeout_counts_parity: bool,
     /// STOPRX is ignored: the receiver runs on, and RXTO does not come.
     pub stop_is_ignored: bool,
@@ -83,11 +84,11 @@ impl Default for Assumptions {
     }
 }
 
-/// The longest lag of EasyDMA, in cycles: less than three tenths of a byte time at 1 Mbaud. EasyDMA is probably never
-/// slower.
+/// The longest lag of EasyDMA in the deviations, in cycles. It is less than three tenths of a byte time at 1 Mbaud. The
+/// lag on silicon is probably never longer.
 const LONGEST_LAG: u64 = 190;
-/// The longest lag of ENDRX. Together with the lag of EasyDMA, it is less than `NONE_WAITS_AFTER` of the firmware at 1
-/// Mbaud (A1 of theorem 12).
+/// The longest lag of ENDRX in the deviations, in cycles. The sum of both longest lags is less than the firmware's
+/// `NONE_WAITS_AFTER` at 1 Mbaud, as assumption A1 of theorem 12 requires.
 const LONGEST_END_LAG: u64 = 60;
 
 impl Assumptions {
@@ -121,9 +122,9 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations. The same seed always gives the same mix.
-    /// Numbers are at most as large as in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in a
-    /// quarter STOPRX is ignored.
+    /// Returns a random mix of all deviations. The same seed always gives the same mix. No number deviates further from
+    /// its default than in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in a quarter STOPRX
+    /// is ignored.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;
@@ -137,7 +138,8 @@ impl Assumptions {
         };
         let mut mix = Self::default();
         for (name, deviate) in DEVIATIONS {
-            // Each lost ENDRX may also lose bytes, and each of the others makes another deviation ineffective.
+            // These deviations are rarer. A lost ENDRX may also lose bytes, and the other two make other deviations
+            // ineffective.
             let rare = ["lost_end", "stop_is_ignored", "oldest_lost_at_start_bit"];
             let is_rare = rare.contains(&name);
             if up_to(if is_rare { 3 } else { 1 }) == 0 {
@@ -148,7 +150,7 @@ impl Assumptions {
     }
 }
 
-/// Changes an assumption. The argument is a function that returns a number from 0 to its argument.
+/// Changes an assumption. The second argument is a function that returns a number from 0 to a given maximum.
 type Deviate = fn(&mut Assumptions, &mut dyn FnMut(u64) -> u64);
 
 const DEVIATIONS: [(&str, Deviate); 20] = [

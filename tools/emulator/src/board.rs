@@ -23,7 +23,7 @@ use crate::{Error, Result};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
-/// The instruction `b .`, and an address for it at the end of flash, where no code lies.
+/// The last halfword of flash, where no code lies, and the instruction `b .` to write there.
 const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
 /// The program counter during lockup: Armv7-M Architecture Reference Manual, "Lockup".
 const LOCKED_UP: u32 = 0xFFFF_FFFE;
@@ -65,10 +65,11 @@ pub struct Board {
     slept: u64,
     /// The active handlers: the running one last, after those that it preempted.
     handlers: Vec<Activation>,
-    /// The interruptions of the firmware that are still to come: the instant and the duration of each, in cycles.
+    /// The future interruptions of the firmware: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
-    /// The texts of the log, once they have been read from the ELF, and log bytes that are no whole line yet.
+    /// The log's texts, which are read from the ELF when they are first needed, and the bytes of an incomplete log
+    /// frame.
     pub(crate) log_table: OnceCell<Option<Table>>,
     pub(crate) log_bytes: Vec<u8>,
     trace: Trace,

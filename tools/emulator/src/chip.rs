@@ -64,9 +64,9 @@ impl Chip {
         self.unit(base).common()
     }
 
-    /// Resets the chip: section "Reset behavior". A soft reset and a lockup leave the watchdog running. UICR survives every
-    /// reset. RESETREAS, in which bits accumulate, survives every reset except a brown-out. A brown-out clears RESETREAS,
-    /// as power-on does. RAM keeps its contents, but on silicon a brown-out may destroy them.
+    /// Resets the chip: section "Reset behavior". A soft reset and a lockup leave the watchdog running. UICR survives
+    /// every reset. RESETREAS, in which bits accumulate, survives every reset except a brown-out. A brown-out clears
+    /// RESETREAS, as power-on does. RAM keeps its contents, but on silicon a brown-out may destroy them.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let reasons = self.common(CLOCK)[RESETREAS];
         let reasons = match cause {
@@ -135,8 +135,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let unit = at(&mut self.units, address & !0xFFF);
         let done = unit.and_then(|unit| unit.task(address & 0xFFF, &mut self.context));
-        // If the task itself has recorded a refusal, `check` keeps the task's refusal, because this refusal is more
-        // specific.
+        // The task itself may have recorded a more specific refusal, which `check` does not overwrite.
         self.check(done, "task of", address);
     }
 

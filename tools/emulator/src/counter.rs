@@ -85,7 +85,7 @@ impl Counter {
         self.running && (self.is_rtc || self.common[MODE] == 0)
     }
 
-    /// Returns the rate: the counter advances by the first number in the second number of cycles of 64 MHz.
+    /// Returns the rate as `(counts, cycles)`: the counter advances by `counts` in `cycles` of the 64 MHz clock.
     fn rate(&self) -> (u64, u64) {
         if self.is_rtc {
             (32_768, CYCLES_PER_SECOND)

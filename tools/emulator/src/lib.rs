@@ -87,8 +87,7 @@ pub use line::{SerialLine, Symbol as LineSymbol};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};
 
-/// Why the emulation stopped, or why an image cannot be used: an action of the firmware, or a gap in the model. The text
-/// is for people.
+/// The reason why the emulation stopped, or why an image cannot be used, as a text for people.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
 #[error("{0}")]
 pub struct Error(String);

@@ -20,7 +20,7 @@ impl Board {
     /// Bytes that cannot be decoded are reported in a line.
     ///
     /// # Panics
-    /// Panics if the ELF's texts have another version of defmt's format.
+    /// Panics if the decoder does not support the version of defmt's format in the ELF.
     pub fn log(&mut self) -> Vec<String> {
         let table = self.log_table.get_or_init(|| {
             Table::parse(&self.image.elf).expect("the texts of the firmware's log")

@@ -19,8 +19,8 @@ pub(crate) const APPROTECT: u32 = 0x208;
 pub(crate) fn ficr() -> Common {
     // TEMP's calibration, A0 to T4. The values differ from chip to chip, and have no effect here.
     let calibration = (0x404..=0x444).step_by(4).map(|offset| (offset, 0));
-    // "AAF0": build code F. From this build code on, the debug port is closed unless the firmware opens it. The others
-    // are the part, the package QI, and KiB of RAM and of flash.
+    // "AAF0": build code F. From this build code on, the debug port is closed unless the firmware opens it. The other
+    // words are the part number, the package (QI), and the sizes of RAM and of flash in KiB.
     let information = [
         (0x100, 0x0005_2840),
         (0x104, 0x4141_4630),

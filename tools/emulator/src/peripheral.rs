@@ -116,7 +116,7 @@ impl Context {
         }
     }
 
-    /// Returns whether the chip deviates from the default here. If so, records the deviation's name.
+    /// Records the name of a deviation from the default if `deviates` is true. Returns `deviates`.
     pub(crate) fn deviates(&mut self, name: &'static str, deviates: bool) -> bool {
         if deviates {
             self.deviations.insert(name);
@@ -146,7 +146,7 @@ pub(crate) enum Access {
     Clear(u32),
     /// The value's ones clear the register's bits.
     ClearOnes,
-    /// The value's zeros clear the register's bits, as in flash. These bits are broken and stay 1.
+    /// The value's zeros clear the register's bits, as in flash. The bits of this mask are broken and stay 1.
     Flash(u32),
 }
 

@@ -14,7 +14,7 @@ pub enum ResetCause {
     Watchdog,
     /// The firmware requested the reset (AIRCR.SYSRESETREQ).
     Soft,
-    /// The core locked up, because a handler of faults itself had a fault. See [`crate::Board::let_faults_be_handled`].
+    /// The core locked up, because a fault occurred in a fault handler. See [`crate::Board::let_faults_be_handled`].
     Lockup,
     /// The supply was too low for a moment: [`crate::Board::brown_out`].
     BrownOut,

@@ -1,5 +1,5 @@
-//! Processes with a time limit, for tests. A process that breaks its promise must make its test fail. Without a limit,
-//! a test that waits for the output or the end of such a process would hang for ever.
+//! Processes with a time limit, for tests. A process that hangs is killed at its limit, so its test fails. Without a
+//! limit, a test that waits for the output or the end of such a process would hang for ever.
 
 use std::io::{self, Read, Write};
 use std::ops::Deref;
@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use shared_child::SharedChild;
 
-/// The usual limit. No process of a test takes a tenth of this time on an idle computer.
-pub const LIMIT: Duration = Duration::from_secs(60);
+/// The usual limit. On an idle computer, no process of a test takes a tenth of this time, so a busy one does not fail.
+pub const LIMIT: Duration = Duration::from_secs(300);
 
 /// The longest time for which a child of an ended process may keep the process's output open.
 const HELD: Duration = Duration::from_secs(5);
@@ -46,7 +46,7 @@ impl Process {
     pub fn start_within(limit: Duration, command: &mut Command) -> io::Result<Self> {
         let child = Arc::new(SharedChild::spawn(command)?);
         let (watched, name) = (Arc::clone(&child), format!("{command:?}"));
-        // This thread ends with the process, at the latest at the limit.
+        // This thread ends when the process ends, or at the limit.
         thread::spawn(move || {
             if matches!(watched.wait_timeout(limit), Ok(None)) {
                 // The error means that the process has ended in the meantime.
@@ -65,7 +65,7 @@ impl Process {
     /// Closes standard input, and waits for the process to end.
     ///
     /// # Errors
-    /// Returns an error if the system does not tell.
+    /// Returns an error if the operating system does not report the exit status.
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         drop(self.stdin.take());
         self.child.wait()
@@ -104,7 +104,7 @@ impl Process {
     }
 }
 
-/// The process's number, its exit status if it has one, and a function that kills it.
+/// Gives access to the process's id, its exit status if it has ended, and a function that kills it.
 impl Deref for Process {
     type Target = SharedChild;
 

@@ -45,7 +45,7 @@ impl CFile {
         let int16 = ["-nostdinc", "-I", &folder.join("int16").to_string_lossy()].map(str::to_owned);
         let text = |more: &[String]| {
             let mut cc = Command::new("cc");
-            // A header's `<avr/pgmspace.h>` is the one in the folder.
+            // Headers include `<avr/pgmspace.h>`, of which the folder contains a replacement.
             cc.args(["-E", "-std=c99", "-I"]).arg(folder);
             cc.args(more).arg(path);
             output(&mut cc).with_context(|| format!("the preprocessor, for {}", path.display()))

@@ -6,7 +6,7 @@ mod tests;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
@@ -96,7 +96,7 @@ enum Status {
     Error,
 }
 
-/// A part of CBMC's answer in JSON, which contains the execution that leads to a failed property.
+/// A part of CBMC's answer in JSON. `result` contains the executions that lead to failed properties.
 #[derive(Deserialize)]
 struct Part {
     result: Option<Vec<Traced>>,
@@ -131,13 +131,20 @@ impl Property {
         self.status == Status::Failure
     }
 
-    /// Returns the description, and the position if it is in a header.
+    /// Returns the description. If it only names a function that panics, the source line follows. If it has no position
+    /// in the sources, the position in the checked program follows.
     fn says(&self) -> String {
-        let Self { file, line, .. } = self;
-        if Path::new(file).parent() == Some(Path::new("")) {
-            return self.description.clone();
+        let Self {
+            description,
+            file,
+            line,
+            ..
+        } = self;
+        match source_line(description) {
+            Some(source) if description.starts_with("core::") => format!("{description}: {source}"),
+            Some(_) => description.clone(),
+            None => format!("{description} at {file}:{line}"),
         }
-        format!("{} at {file}:{line}", self.description)
     }
 
     fn holds(&self) -> bool {
@@ -237,7 +244,8 @@ fn place(cover: &str) -> String {
     format!("in line {line}, in{function}")
 }
 
-/// Returns the source line of an input such as `u8 at core/src/line.rs:12:5`, if the prover runs in the workspace's root.
+/// Returns the source line of an input such as `u8 at core/src/line.rs:12:5`, if the prover runs in the workspace's
+/// root.
 fn source_line(place: &str) -> Option<String> {
     let (_, at) = place.rsplit_once(" at ")?;
     let mut parts = at.rsplitn(3, ':').skip(1);
@@ -339,9 +347,9 @@ impl Run<'_> {
     }
 }
 
-/// Returns the properties in CBMC's output in plain text. Plain text has no executions, which CBMC would write for each
-/// cover. A line such as `[f.assertion.1] line 5 a sum: SUCCESS` is about a property in the file that the last line such
-/// as `FILE function f` names.
+/// Returns the properties in CBMC's output in plain text. In JSON, CBMC would also write an execution for each cover. A
+/// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. The property's file is named in the last
+/// line before it such as `FILE function f`.
 fn read(said: &str) -> Result<Vec<Property>> {
     let unchecked = || format!("CBMC did not check the program: {said}");
     let (_, results) = said.split_once("** Results:\n").with_context(unchecked)?;

@@ -38,8 +38,8 @@ pub(crate) fn end_all(code: i32) -> ! {
     std::process::exit(code);
 }
 
-/// Runs the command, and writes its output into the file. Returns its exit status, or `None` if it was terminated at the
-/// limit, in seconds of processor time. So other programs on the machine do not affect the outcome.
+/// Runs the command, and writes its output into the file. Returns its exit status, or `None` if it was terminated at
+/// the limit. The limit counts seconds of processor time, so other programs on the machine do not affect the outcome.
 pub(crate) fn status_within(
     seconds: u64,
     command: &Command,

@@ -1,13 +1,14 @@
 //! Compiles the packages with the harnesses against the stand-in for Kani's library, and reads the
 //! compiler's output in LLVM's assembly language.
 
-use std::fs;
+use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 use cargo_metadata::{Artifact, Message, MetadataCommand};
+use nix::fcntl::{Flock, FlockArg};
 
 use crate::child_processes::output;
 use crate::llvm::Module;
@@ -17,8 +18,8 @@ use crate::llvm::Module;
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// The optimisation passes that the compiler runs before it writes LLVM's assembly. They inline calls and turn memory
-/// that needs no address into values. They do not change loops. In unchanged loops, CBMC sees loop counters as plain
-/// numbers.
+/// that needs no address into values. They do not change loops, so CBMC knows the value of a loop's counter in each
+/// iteration.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
@@ -29,6 +30,8 @@ pub(crate) struct Sources<'a> {
     /// The folder in which everything is built.
     pub(crate) target: PathBuf,
     stand_in: Vec<String>,
+    /// The lock of the folder, until the prover ends.
+    _lock: Flock<File>,
 }
 
 impl<'a> Sources<'a> {
@@ -37,14 +40,17 @@ impl<'a> Sources<'a> {
         let target = metadata.target_directory.join("prove").into_std_path_buf();
         let mut stand_in = metadata.workspace_root.join(STAND_IN);
         if !stand_in.exists() {
-            // The workspace is another project's.
+            // The workspace belongs to another project, which has no stand-in.
             stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/stand-in/Cargo.toml").into();
         }
+        let lock = lock(&target)?;
+        eprintln!("Compiling the harnesses");
         let stand_in = flags_for(stand_in.as_str(), &target.join("stand-in"))?;
         Ok(Self {
             packages,
             target,
             stand_in,
+            _lock: lock,
         })
     }
 
@@ -124,6 +130,18 @@ impl<'a> Sources<'a> {
         }
         cargo
     }
+}
+
+/// Waits until no other prover uses the folder, because provers would overwrite each other's files.
+fn lock(folder: &Path) -> Result<Flock<File>> {
+    fs::create_dir_all(folder)?;
+    let file = File::create(folder.join("lock"))?;
+    Flock::lock(file, FlockArg::LockExclusiveNonblock)
+        .or_else(|(file, _)| {
+            eprintln!("Waiting for another prover in {}", folder.display());
+            Flock::lock(file, FlockArg::LockExclusive)
+        })
+        .map_err(|(_, error)| error.into())
 }
 
 fn cargo() -> Command {

@@ -29,7 +29,8 @@ pub(crate) struct Harness {
     pub(crate) unwind: Option<u32>,
     /// The covers that the harness may reach, by the readable names of their functions.
     pub(crate) covers: BTreeSet<String>,
-    /// True if the last call of the harness is a cover. Only for such harnesses does Kani show that the end is reached.
+    /// True if the last call of the harness is a cover. Kani shows only for such harnesses that some input reaches the
+    /// end.
     pub(crate) ends_with_cover: bool,
     #[serde(skip)]
     pub(crate) language: Language,
@@ -91,9 +92,9 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     Ok(harnesses.into_values().collect())
 }
 
-/// Returns whether the function ends with a cover: on some path to its end, the last call is a cover, or is a function
-/// that ends with a cover. Only unconditional jumps may follow this call. Then an input that satisfies the cover
-/// reaches the end.
+/// Returns whether the function ends with a cover. On some path to the function's end, the last call must be a cover,
+/// or a function that ends with a cover, and only unconditional jumps may follow the call. An input that satisfies this
+/// cover then reaches the end.
 fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
     let Some(function) = module.functions.get(symbol) else {
         return Ok(false);

@@ -133,9 +133,9 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
     let cache = ProofCache::new(&sources.target, cbmc)?;
-    // In each module, the harness with the greatest length comes last, and probably takes longest. Start with it, so
-    // that no core waits for it at the end. But a wrong change makes many harnesses fail, so the fastest of them shows
-    // it first.
+    // The last harness of a module probably takes longest. Reverse the order, so that no core waits for such a harness
+    // at the end. With `--fail-fast`, keep the order. A wrong change makes many harnesses fail, so begin with the fast
+    // ones.
     if !arguments.fail_fast {
         harnesses.reverse();
     }
@@ -172,7 +172,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
     })
 }
 
-/// Prints the outcome of a harness as soon as it is known. Prints the details unless JSON will have them.
+/// Prints the outcome of a harness as soon as it is known. With `json`, leaves out the details, because the JSON output
+/// will contain them.
 fn show(answer: &Answer, json: bool) {
     let Answer {
         harness,

@@ -1,5 +1,5 @@
-//! The files of each harness: its program, CBMC's answer, and a record that the program was proved. An unchanged program is
-//! not proved again.
+//! The files of each harness: its program, CBMC's answer, and a record that the program was proved. An unchanged
+//! program is not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -11,7 +11,7 @@ use anyhow::Result;
 use crate::cbmc_setup::Cbmc;
 use crate::harness::Harness;
 
-/// The folder of programs and answers, and the folder of proofs.
+/// Two folders: one with the programs and CBMC's answers, and one with the records of proofs.
 pub(crate) struct ProofCache {
     pub(crate) cbmc: Cbmc,
     harnesses: PathBuf,
@@ -43,8 +43,8 @@ impl ProofCache {
     }
 
     /// Returns the path of the file that records the proof of this program by this command. If the file exists, the
-    /// program was proved; it contains the number of properties. Everything that decides the verdict is part of the key:
-    /// the prover and CBMC, the program, CBMC's arguments (with the bound of the loops), and the covers.
+    /// program was proved; it contains the number of properties. Everything that decides the verdict is part of the
+    /// path: the prover and CBMC, the program, CBMC's arguments (with the bound of the loops), and the covers.
     pub(crate) fn proof(&self, program: &str, command: &Command, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
         program.hash(&mut hasher);

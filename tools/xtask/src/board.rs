@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     file: PathBuf,
 }
 
-/// Prints the differences. Returns whether all assumptions hold.
+/// Prints the differences. Returns whether no line is missing or not fine.
 pub(crate) fn board(workspace: &Workspace, Arguments { file }: &Arguments) -> Result<bool> {
     let guide = fs::read_to_string(workspace.root.join("docs/board.md"))?;
     let report = fs::read_to_string(file)?;
@@ -33,7 +33,8 @@ const NOT_FINE: &str = "not fine";
 const MISSING: &str = "missing";
 const DIFFERENT: &str = "different";
 
-/// Returns each line of the report that is not the emulator's, and each line that the report lacks.
+/// Returns each line of the report that is not fine or differs from the emulator's line, and each line that the report
+/// lacks.
 fn differences<'a>(report: &'a str, emulators: &'a str) -> Result<Vec<(&'static str, &'a str)>> {
     let report = lines(report)?;
     let differences = lines(emulators)?.into_iter().filter_map(|expected| {
@@ -63,7 +64,7 @@ fn lines(text: &str) -> Result<Vec<&str>> {
     Ok(lines)
 }
 
-/// Returns the beginning of a line that tells it from the other lines.
+/// Returns the beginning of a line, which distinguishes the line from all others.
 fn key(line: &str) -> &str {
     let end = [" | ", ": ", " "].iter().find_map(|end| line.find(end));
     end.map_or(line, |end| &line[..end])

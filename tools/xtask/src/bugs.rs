@@ -1,6 +1,6 @@
 //! `cargo xtask bugs`: puts one mistake at a time into a copy of the workspace. For each mistake, a file lists the
-//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. A sentence that can be false
-//! while every check passes is not a promise.
+//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. Some mistakes make a sentence
+//! of the documentation false. If no check noticed such a mistake, nothing would ensure that the sentence is true.
 
 use std::fs;
 use std::path::Path;
@@ -23,7 +23,7 @@ const OF_C: &str = "c/seeded-bugs.toml";
 const PLANTED: &str = "proofs/planted-mistakes.toml";
 /// The prover's own harnesses: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
-/// The `test` of a bug that the proof of the machine code must find, and the argument that selects these bugs.
+/// The `test` of the bugs that the proof of the machine code must find. As an argument, this name selects these bugs.
 const MACHINE_CODE: &str = "machine-code";
 
 /// Put the seeded bugs into a copy of the sources, one at a time, and check that each is caught
@@ -124,9 +124,9 @@ impl Bug {
         }
     }
 
-    /// Returns whether a harness has noticed the bug. Only a failed assertion counts, because it states the promise that is
-    /// broken: a panic, an overflow and a wrong access count, too. A cover that nothing satisfies does not count, and a
-    /// loop's bound counts only if the bug is about a loop that runs too long.
+    /// Returns whether a harness has noticed the bug. A failed assertion, a panic, an overflow or an invalid access
+    /// counts. A cover that is not satisfied does not count. An exceeded loop bound counts only if the bug makes a loop
+    /// run too long.
     fn is_noticed(&self, answer: &Answer) -> bool {
         match answer.verdict.as_str() {
             // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.

@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator
-        .args(["run", "--quiet", "--package", "nrf52840-emulator"])
+        .args(["run", "--package", "nrf52840-emulator"])
         // Do not change the folder, because the user's file names are relative to the current folder.
         .arg("--manifest-path")
         .arg(workspace.root.join("Cargo.toml"))

@@ -22,8 +22,8 @@ pub(crate) struct Arguments {
 
 impl Workspace {
     /// Builds the images with these names, or all if there is no name, from the sources at `root`. Returns the images'
-    /// folder. A copy of the sources has its own folder, because cargo would otherwise mistake the copy's packages for
-    /// those of the workspace.
+    /// folder. A copy of the sources has its own build folder, because cargo would otherwise mistake the copy's
+    /// packages for those of the workspace.
     pub(crate) fn images(&self, root: &Path, names: &[&str]) -> Result<PathBuf> {
         let of_copy = (root != self.root).then(|| root.join("target"));
         let built = of_copy.unwrap_or_else(|| self.target.join("firmware"));
@@ -97,8 +97,9 @@ pub(crate) fn accepted_contradictions(workspace: &Workspace, copy: &Path) -> Res
     Ok(accepted)
 }
 
-/// Returns whether the compiler reports a constant that panics with this message. The message may be a part of a failed
-/// assertion without a message of its own. The lines that quote the source do not count.
+/// Returns whether the compiler reports a constant that panics with this message. An assertion without a message of its
+/// own panics with its source text, so `message` may be a part of this text. The lines that quote the source do not
+/// count.
 fn says(errors: &str, message: &str) -> bool {
     errors
         .lines()

@@ -10,8 +10,8 @@ use anyhow::{Context as _, Result, ensure};
 
 use crate::theorems::Answer;
 
-/// Returns the version of Kani that is set up, or the reason why none is. Only reads folders. If Kani is installed but
-/// not set up, calling `cargo kani` would start the setup.
+/// Returns the version of Kani, or an error if Kani is not set up. Only reads folders. If Kani is installed but not set
+/// up, calling `cargo kani` would start the setup.
 pub(crate) fn version() -> Result<String> {
     let home = env::var_os("KANI_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".kani")));

@@ -31,8 +31,7 @@ pub(crate) enum Outcome {
     Passed,
     Failed,
     Hangs,
-    /// The tests do not compile, or the test's program ended without a result, or the name is not the name of exactly
-    /// one test.
+    /// The tests do not compile, or the test's program ended without a result, or the name fits no test or several.
     NoResult,
 }
 
@@ -81,7 +80,8 @@ impl Test {
         }
         let mut test = cargo_within(limit);
         test.args(["--", "--include-ignored", &self.name]);
-        // Other tests may have names that begin with this one.
+        // A name with modules is complete. Without `--exact`, cargo would also run other tests whose names contain this
+        // one.
         if self.name.contains("::") {
             test.arg("--exact");
         }

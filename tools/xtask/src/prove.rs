@@ -82,7 +82,7 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
     let names = if arguments.slow {
         slow.harnesses.clone()
     } else if slow.are_current() {
-        println!("stage note: {}", slow.skipped());
+        println!("remark: {}", slow.skipped());
         let mut names = prover.list()?;
         names.retain(|name| !slow.contains(name));
         names
@@ -148,7 +148,7 @@ impl Prover {
             (None, Err(why)) => (Engine::Offline, format!("the offline prover, since {why}")),
             (Some(Engine::Offline), _) => (Engine::Offline, "the offline prover".to_owned()),
         };
-        println!("stage note: {says}");
+        println!("remark: {says}");
         Self {
             engine,
             timeout: 600,

@@ -10,7 +10,8 @@ use serde::Deserialize;
 use crate::theorems::is_called;
 use crate::workspace::files;
 
-/// The list, and the hash of the list and of the sources with which all its harnesses were proved.
+/// The file that lists the slow harnesses. It also records the hash of the list and of the sources at the last proof of
+/// all these harnesses.
 const RECORD: &str = "proofs/slow-harnesses.toml";
 /// The folders that decide whether the harnesses hold: their sources, and those of the prover.
 const SOURCES: [&str; 4] = [

@@ -7,10 +7,11 @@ use std::path::Path;
 use anyhow::{Context as _, Result};
 use serde::Deserialize;
 
-/// A row of the table: the theorem's number, its statement, the clauses of the protocol, harnesses, tests and fuzz oracles.
+/// A row of the table: the theorem's number, its statement, the clauses of the protocol, harnesses, tests and fuzz
+/// oracles.
 pub(crate) struct Theorem(pub(crate) [String; 6]);
 
-/// Returns all rows about harnesses.
+/// Returns all rows that begin with a theorem's number.
 pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
     let readme = fs::read_to_string(root.join("proofs/README.md")).context("proofs/README.md")?;
     let rows = readme.lines().filter_map(|line| line.strip_prefix("| "));

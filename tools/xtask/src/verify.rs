@@ -122,7 +122,7 @@ struct Report {
 
 impl Report {
     fn read(&mut self, line: &str) {
-        if let Some(note) = line.strip_prefix("stage note: ") {
+        if let Some(note) = line.strip_prefix("remark: ") {
             if !self.notes.iter().any(|known| known == note) {
                 self.notes.push(note.to_owned());
             }
@@ -133,8 +133,8 @@ impl Report {
         self.tests += TestCount::of_line(line);
     }
 
-    /// Checks that each announced test has a result. Exit codes do not suffice, because a test may end its program with
-    /// exit code 0 before the remaining tests have run.
+    /// Checks that each command ran a test, that each announced test has a result, and that no test failed. Exit codes
+    /// do not suffice, because a test may end its program with exit code 0 before the remaining tests have run.
     fn check(&self) -> Result<()> {
         let ends = self.announced.iter().skip(1).map(|(_, before)| *before);
         let ends = ends.chain([self.tests.ended()]);

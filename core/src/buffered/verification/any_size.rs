@@ -2,8 +2,9 @@
 //! gives arbitrary answers. No function panics, and each keeps the invariant of [`fits`].
 //!
 //! The harnesses start from any state, and run the public functions as a whole. They ignore executions in which a
-//! function asks the format more than one or two questions. Such an execution has reached another state at the same place in
-//! the same loop, so its other iterations do the same as the first.
+//! function asks the format more than one or two questions. Further questions come from later iterations of the same
+//! loop. Like the first iteration, these start from a state that satisfies the invariant. [`feed`] ends at the first
+//! question, and [`feed_on`] and [`take`] run the steps of the two loops of `feed`.
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
@@ -51,7 +52,7 @@ impl AsMut<[u8]> for AnyBuffer {
 #[derive(Clone, Copy)]
 struct Anything<'a> {
     longest: usize,
-    /// The number of further questions about a byte that may start a frame. `None` means that each byte starts one.
+    /// The number of further questions about a byte that may start a frame. `None` means that each byte starts a frame.
     starts: Option<&'a Cell<u8>>,
     /// The number of further questions about several bytes.
     questions: &'a Cell<u8>,
@@ -212,23 +213,23 @@ fn take() {
     kani::cover!(placed == MOST, "the longest frame");
 }
 
-/// A slice is fed while nothing is pending. Each byte starts a frame, because [`take`] covers other bytes.
+/// `feed` as a whole, up to the first question. After it, `feed` performs the steps of [`feed_on`] and [`take`].
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed() {
-    let questions = Cell::new(1);
+    let questions = Cell::new(0);
     let mut receiver = any_receiver(None, &questions);
     let bytes = any_slice();
-    kani::assume(receiver.pending() == 0);
     let is_moved = bytes.len() > receiver.buffer.0.len() - receiver.to;
-    let mut placed = 0;
-    receiver.feed(bytes, |found| add(&mut placed, &found));
-    assert!(is_moved || fits(&receiver) && placed + receiver.pending() == bytes.len());
-    kani::cover!(placed == MOST, "the longest frame");
+    let before = receiver.pending() + bytes.len();
+    receiver.feed(bytes, |_| {
+        unreachable!("nothing is found before the first question")
+    });
+    assert!(is_moved || fits(&receiver) && receiver.pending() == before);
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// A slice is fed while bytes are pending.
+/// The steps of `feed` while bytes are pending. `give_back` at other places of a slice is proved in [`steps`](super::steps).
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {
@@ -236,12 +237,19 @@ fn feed_on() {
     let mut receiver = any_receiver(None, &questions);
     kani::assume(receiver.pending() > 0);
     let bytes = any_slice();
-    let is_moved = bytes.len() > receiver.buffer.0.len() - receiver.to;
-    let (before, mut placed) = (receiver.pending() + bytes.len(), 0);
-    receiver.feed(bytes, |found| add(&mut placed, &found));
-    assert!(is_moved || fits(&receiver) && placed + receiver.pending() == before);
+    let mut rest = bytes;
+    let is_moved = rest.len() > receiver.buffer.0.len() - receiver.to;
+    let (before, mut placed) = (receiver.pending() + rest.len(), 0);
+    let is_enough = receiver.store_up_to_longest(&mut rest);
+    receiver.poll_step(|found| add(&mut placed, &found));
+    assert!(is_moved || fits(&receiver) && placed + receiver.pending() + rest.len() == before);
+    if is_enough {
+        let left = receiver.pending() + rest.len();
+        rest = receiver.give_back(bytes, rest);
+        assert!(is_moved || fits(&receiver) && receiver.pending() + rest.len() == left);
+    }
     kani::cover!(placed == MOST, "the longest frame");
-    kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
+    kani::cover!(rest.len() == MOST - 1, "the slice has the pending bytes");
 }
 
 /// The pending bytes move to the front of a buffer of 32 bytes, in their order.

@@ -3,24 +3,25 @@
 //! ([`output_is_bounded`]).
 //!
 //! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
-//!   [`output_is_bounded`]), and by no more than the axis moves in the time that has passed (S4, [`speed_is_bounded`]).
-//!   The stated number is at most a quarter of the travel, for all parameters ([`stated_speed`]).
+//!   [`output_is_bounded`]), and by no more than the axis's speed allows for the time that has passed (S4,
+//!   [`speed_is_bounded`]). The stated number is at most a quarter of the travel, for all parameters
+//!   ([`stated_speed`]).
 //! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
-//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and is there in time ([`parked_in_time`]). A single frame
-//!   after a silence never starts, and fewer frames than a row change neither the output nor the way to park
-//!   ([`few_frames_change_nothing`]). Slow frames are counted ([`slow_frames_are_counted`]).
+//!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and reaches park in time ([`parked_in_time`]). Fewer frames
+//!   change neither the output nor the motion to park ([`few_frames_change_nothing`]). Slow frames are counted
+//!   ([`slow_frames_are_counted`]).
 //! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
 //!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
-//!   on in the same direction by the whole way that the time allows ([`approach_ends`]). The travel is finite, so an
-//!   axis is live within `live_after`, however the demands move ([`live_in_time`]).
+//!   on in the same direction as far as the slow speed allows ([`approach_ends`]). The travel is finite, so an axis is
+//!   live within `live_after`, however the demands move ([`live_in_time`]).
 //! * The whole travel takes the stated times ([`stated_speed`]).
 //!
 //! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
 //! [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant speed. The other harnesses
-//! replace each product by an arbitrary way. For the same reason, [`stated_speed`] divides only by times of up to 5
-//! bits.
+//! replace each product by an arbitrary distance. For the same reason, [`stated_speed`] divides only by times of up to
+//! 5 bits.
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
 //! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The
@@ -175,14 +176,14 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             && (self.follows() || self.approached == 0)
     }
 
-    /// Returns whether a poll after this time ends a silence, or goes on with it.
+    /// Returns whether the last frame is `hold_after` or more ago at a poll after this time.
     fn is_silent(&self, elapsed: u32) -> bool {
         self.quiet.saturating_add(elapsed) >= self.parameters.hold_after
     }
 }
 
-/// The state before a poll, the time that the poll counts, the longest ways that an axis may move in this time, and the
-/// output.
+/// The state before a poll, the time that the poll counts, the most that a slow and a fast axis move in this time, and
+/// the output.
 struct Step<D, const AXES: usize> {
     before: Failsafe<D, AXES>,
     after: Failsafe<D, AXES>,
@@ -192,7 +193,8 @@ struct Step<D, const AXES: usize> {
     output: Output<D, AXES>,
 }
 
-/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any ways.
+/// Polls a failsafe in any state, at any time. Instead of multiplying the time by the speeds, it takes any `slow` and
+/// `fast`.
 fn any_step<D: Demand + kani::Arbitrary, const AXES: usize>() -> Step<D, AXES> {
     let before = any_failsafe::<D, AXES>();
     let mut after = before;
@@ -353,7 +355,8 @@ macro_rules! for_demands {
     };
 }
 
-/// Defines one harness for demands of 8 bits and one for 16 bits. Each takes a travel, and polls at most this often.
+/// Defines one harness for demands of 8 bits and one for 16 bits. Each takes a travel. `$polls` bounds the number of
+/// polls.
 macro_rules! in_time {
     ($($module:ident = $check:ident($eight:literal, $sixteen:literal) in $polls:literal)*) => {
         $(mod $module {
@@ -539,7 +542,7 @@ mod check {
         assert!(after.slow_frames.wrapping_sub(before.slow_frames) == u32::from(counts));
         assert!(after.had_frame == (before.had_frame || before.has_frame));
         assert!(!after.has_frame);
-        // So a frame that counts does not start, and a frame that starts does not count.
+        // A frame that counts as slow does not start an approach.
         assert!(!counts || !matches!(output.phase, Phase::Live | Phase::Approach));
         kani::cover!(counts, "a slow frame");
         kani::cover!(
@@ -548,8 +551,8 @@ mod check {
         );
     }
 
-    /// A single frame after a silence never starts. As long as the frames are fewer than a row, the axes and the phase
-    /// are the same as without these frames, or with frames at other times.
+    /// A single frame after a silence never starts an approach. Until `frames_to_start` frames have come in a row, the
+    /// axes and the phase do not depend on whether and when frames come.
     pub(super) fn few_frames_change_nothing<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let before = any_failsafe::<D, AXES>();
         let (mut one, mut other) = (before, before);
@@ -625,8 +628,8 @@ mod check {
         kani::cover!(output.phase == Phase::Approach && !goes_on, "begins");
     }
 
-    /// If the approach has lasted long enough, an axis becomes live, or moves on in the same direction at full speed.
-    /// It cannot move on for longer than its whole travel takes.
+    /// If the approach has lasted long enough, an axis becomes live, or moves on in the same direction as far as the
+    /// slow speed allows. It cannot move on for longer than its whole travel takes.
     pub(super) fn approach_ends<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,

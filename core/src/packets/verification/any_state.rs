@@ -1,20 +1,21 @@
 //! 14b: from any state, for any format and any stuffing.
 
-use super::{Kind, Lawless, Slip, any_doubled, any_escape, any_receiver, fits};
+use super::{Kind, Lawless, Receiver, Slip, any_doubled, any_escape, any_pair, any_receiver, fits};
 use crate::any_format::any_line_event;
-use crate::{Found, Stuffing};
+use crate::{Codes, Found, Stuffing};
 
 const LONGEST: usize = 3;
 
 /// The new byte, and each byte that was pending, is in one outcome or pending. The frame's bytes are unstuffed, so a
 /// frame has at most as many bytes as were received for it.
 fn byte_is_placed(stuffing: Stuffing) {
-    let mut receiver = any_receiver::<_, LONGEST>(Lawless::<LONGEST>(stuffing));
+    let mut buffer = [0; LONGEST];
+    let mut receiver = any_receiver(Lawless::<LONGEST>(stuffing), &mut buffer);
     let before = receiver.pending() + 1;
     let (mut placed, mut frame_bytes) = (0, 0);
     let frame = receiver.push_with(kani::any(), |one| {
         assert!(one.bytes() > 0);
-        // A frame is the last outcome.
+        // No outcome follows a frame.
         assert!(frame_bytes == 0);
         if let Found::Frame { length, .. } = one {
             frame_bytes = length;
@@ -35,7 +36,8 @@ fn byte_is_placed(stuffing: Stuffing) {
 
 /// After a line event, each byte that was pending is in one outcome, or stays pending after a delimiter.
 fn event_is_placed(stuffing: Stuffing) {
-    let mut receiver = any_receiver::<_, LONGEST>(Lawless::<LONGEST>(stuffing));
+    let mut buffer = [0; LONGEST];
+    let mut receiver = any_receiver(Lawless::<LONGEST>(stuffing), &mut buffer);
     let before = receiver.pending();
     let mut placed = 0;
     receiver.line_event(any_line_event(), |one| {
@@ -47,10 +49,25 @@ fn event_is_placed(stuffing: Stuffing) {
     kani::cover!(placed > 0, "bytes are discarded");
 }
 
+/// Returns a receiver in the same state, with another buffer.
+fn copy<'b, F: Copy>(
+    receiver: &Receiver<'_, F, LONGEST>,
+    buffer: &'b mut [u8; LONGEST],
+) -> Receiver<'b, F, LONGEST> {
+    *buffer = *receiver.buffer;
+    Receiver {
+        format: receiver.format,
+        buffer,
+        ..*receiver
+    }
+}
+
 /// `feed` and `next` do what `push` does, with each byte of a slice.
 fn slice_is_pushed(kind: impl Kind) {
-    let mut fed = any_receiver::<_, LONGEST>(super::Accepting::<_, LONGEST>::any(kind));
-    let (mut pushed, mut pulled) = (fed.clone(), fed.clone());
+    let mut buffers = [[0; LONGEST]; 3];
+    let [buffer, for_pushed, for_pulled] = &mut buffers;
+    let mut fed = any_receiver(super::Accepting::<_, LONGEST>::any(kind), buffer);
+    let (mut pushed, mut pulled) = (copy(&fed, for_pushed), copy(&fed, for_pulled));
     let bytes: [u8; 2] = kani::any();
     let mut outcomes = [None; 4];
     let mut count = 0;
@@ -88,25 +105,26 @@ macro_rules! for_stuffings {
             use super::*;
 
             #[kani::proof]
-            #[kani::unwind(5)]
+            #[kani::unwind(4)]
             fn of_escape() {
-                $proof(any_escape());
+                $proof(any_escape(Codes::Xor(kani::any())));
+                $proof(any_escape(any_pair()));
             }
 
             #[kani::proof]
-            #[kani::unwind(5)]
+            #[kani::unwind(4)]
             fn of_cobs() {
                 $proof(Stuffing::Cobs);
             }
 
             #[kani::proof]
-            #[kani::unwind(5)]
+            #[kani::unwind(4)]
             fn of_doubled() {
-                $proof(any_doubled());
+                $proof(any_doubled(kani::any()));
             }
 
             #[kani::proof]
-            #[kani::unwind(5)]
+            #[kani::unwind(4)]
             fn of_break() {
                 $proof(Stuffing::Break);
             }

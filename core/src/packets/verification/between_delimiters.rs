@@ -3,25 +3,26 @@
 use super::{Accepting, Break, Cobs, Hdlc, Kind, Slip, any_receiver};
 use crate::any_format::{any_line_event, any_up_to, part};
 use crate::stuffing::Unstuffing;
-use crate::{Codes, LineEvent, PacketReceiver, Stuffing};
+use crate::{Codes, LineEvent, Stuffing};
 
-/// The number of bytes in the longest packet, and one more.
+/// One more than the number of bytes in the longest packet.
 const LONGEST: usize = 4;
 
 /// The most bytes between two delimiters in these harnesses.
 pub(super) const BETWEEN: usize = 5;
 
-type Receiver<K> = PacketReceiver<Accepting<K, LONGEST>, [u8; LONGEST]>;
+type Receiver<'b, K> = super::Receiver<'b, Accepting<K, LONGEST>, LONGEST>;
 
 /// Returns whether a packet has just begun.
-fn is_fresh<K: Kind>(receiver: &Receiver<K>) -> bool {
+fn is_fresh<K: Kind>(receiver: &Receiver<'_, K>) -> bool {
     receiver.is_open && receiver.length == 0 && receiver.unstuffing == Unstuffing::NEW
 }
 
 /// From any state, a delimiter begins a packet.
 fn delimiter_begins<K: Kind>(kind: K) {
     let stuffing = K::STUFFING;
-    let mut receiver: Receiver<K> = any_receiver(Accepting::any(kind));
+    let mut buffer = [0; LONGEST];
+    let mut receiver = any_receiver(Accepting::any(kind), &mut buffer);
     match stuffing.delimiter() {
         Some(delimiter) => drop(receiver.push(delimiter).is_some()),
         None => receiver.line_event(LineEvent::Break, |_| ()),
@@ -34,7 +35,8 @@ fn delimiter_begins<K: Kind>(kind: K) {
 /// directly after the delimiter.
 fn event_ends<K: Kind>(kind: K) {
     let stuffing = K::STUFFING;
-    let mut receiver: Receiver<K> = any_receiver(Accepting::any(kind));
+    let mut buffer = [0; LONGEST];
+    let mut receiver = any_receiver(Accepting::any(kind), &mut buffer);
     let event = any_line_event();
     kani::assume(stuffing != Stuffing::Break || event != LineEvent::Break);
     let (was_fresh, before) = (is_fresh(&receiver), receiver.pending());
@@ -51,7 +53,8 @@ fn event_ends<K: Kind>(kind: K) {
 /// Outside packets nothing is delivered, and only a delimiter begins a packet.
 fn nothing_is_outside<K: Kind>(kind: K) {
     let stuffing = K::STUFFING;
-    let mut receiver: Receiver<K> = any_receiver(Accepting::any(kind));
+    let mut buffer = [0; LONGEST];
+    let mut receiver: Receiver<_> = any_receiver(Accepting::any(kind), &mut buffer);
     kani::assume(!receiver.is_open);
     let byte = kani::any();
     assert!(receiver.push(byte).is_none());
@@ -117,7 +120,8 @@ pub(super) fn unstuffed(stuffing: Stuffing, bytes: &[u8]) -> Option<Packet> {
 fn packet_is_delivered<K: Kind>(kind: K) {
     let stuffing = K::STUFFING;
     let format = Accepting::any(kind);
-    let mut receiver = Receiver::<K>::new(format);
+    let mut buffer = [0; LONGEST];
+    let mut receiver = Receiver::<K>::with_buffer(format, &mut buffer).unwrap();
     receiver.open();
     let (bytes, length): ([u8; BETWEEN], usize) = (kani::any(), any_up_to(BETWEEN));
     let mut at = 0;

@@ -1,9 +1,9 @@
 //! 14c: stuffing can be undone.
 
 use super::between_delimiters::{BETWEEN, unstuffed};
-use super::{any_doubled, any_escape};
-use crate::Stuffing;
+use super::{any_doubled, any_escape, any_pair};
 use crate::any_format::{any_up_to, part};
+use crate::{Codes, Stuffing};
 
 /// The bytes between the delimiters stand for the packet, and contain no delimiter.
 fn packet_returns<const MOST: usize, const STUFFED: usize>(stuffing: Stuffing, delimiter: u8) {
@@ -39,12 +39,15 @@ fn of_cobs() {
 #[kani::proof]
 #[kani::unwind(4)]
 fn any_stuffing() {
-    let stuffing = match kani::any::<u8>() {
-        0 => Stuffing::Cobs,
-        1 => Stuffing::Break,
-        2 => any_doubled(),
-        _ => any_escape(),
-    };
+    stuff_returns(Stuffing::Cobs);
+    stuff_returns(Stuffing::Break);
+    stuff_returns(any_doubled(None));
+    stuff_returns(any_doubled(Some(kani::any())));
+    stuff_returns(any_escape(Codes::Xor(kani::any())));
+    stuff_returns(any_escape(any_pair()));
+}
+
+fn stuff_returns(stuffing: Stuffing) {
     // `stuff` does not read the buffer.
     let (bytes, mut into): ([u8; 2], _) = (kani::any(), [0; 8]);
     let packet = part(&bytes, 0, any_up_to(2));

@@ -7,7 +7,7 @@ use framelock::{Line, LineEvent, Receiver};
 use framelock_example_handlers::{embassy, rp2040, rtic};
 
 /// A frame that contains the end of a frame and the beginning of another one. If its first byte is lost, a receiver
-/// finds a frame at the wrong place in each pair of frames, until a pause.
+/// finds wrong frames until a pause: each consists of the end of one frame and the beginning of the next.
 const AMBIGUOUS: &[u8] = b"AB\0\rAB\r";
 const RIGHT: [u8; 3] = *b"\rAB";
 const WRONG: [u8; 3] = *b"AB\0";

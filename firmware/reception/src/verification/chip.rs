@@ -40,8 +40,8 @@ pub(super) struct Chip {
     pub(super) error: bool,
     /// Whether an overrun of the FIFO is among the causes.
     pub(super) overran: bool,
-    /// The timer. 0: less than `NONE_WAITS`. 1: at least `NONE_WAITS`, but less than `GAP`. 2 and 3: at least `GAP`, but
-    /// less than twice `GAP`. 4: at least twice `GAP`.
+    /// The timer. 0: less than `NONE_WAITS`. 1: at least `NONE_WAITS`, but less than `GAP`. 2 and 3: at least `GAP`,
+    /// but less than twice `GAP`. 4: at least twice `GAP`.
     pub(super) time: u8,
     /// `stopping`: whether STOPRX was given and no transfer started since. `timeout`: whether RXTO has come, even if
     /// the receiver has not stopped.
@@ -68,7 +68,7 @@ pub(super) struct Chip {
 }
 
 impl Chip {
-    /// Returns the number of the first byte in the FIFO that was received after every error.
+    /// Returns the number of the first byte in the FIFO that was received after the last error.
     pub(super) fn first_new(&self) -> u8 {
         self.next - self.new
     }
@@ -102,8 +102,7 @@ impl Chip {
 
     /// Advances the timer by any amount of time, except while a byte waits and a transfer is open. So if a byte waits
     /// when the timer is 0, it is stored before `NONE_WAITS` (A1). A byte that begins to wait later may be stored after
-    /// any delay. In the model, such a byte arrives later instead, because the timer does not advance between its
-    /// arrival and its storage.
+    /// any delay. The model lets such a byte arrive later instead of being stored later.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
@@ -162,8 +161,8 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// Takes the chip's steps before an access. An access need not call this function if the chip's steps may as well
-    /// come before the next access.
+    /// Takes the chip's steps before an access. An access need not call this function if it makes no difference whether
+    /// the chip's steps come before this access or before the next one.
     fn access(&mut self) {
         if self.moves {
             self.moves();

@@ -1,5 +1,6 @@
-//! Proves S1 and S2 of theorem 12 by induction: the invariant holds at the start, and every step preserves it. Each byte
-//! that the reception hands on goes to [`Chip::push`](crate::Registers::push), which asserts S1 and S2 for this byte.
+//! Proves S1 and S2 of theorem 12 by induction: the invariant holds at the start, and every step preserves it. Each
+//! byte that the reception hands on goes to [`Chip::push`](crate::Registers::push), which asserts S1 and S2 for this
+//! byte.
 
 use super::Reception;
 use super::chip::Chip;

@@ -75,10 +75,10 @@ impl Stream<'_> {
         self.summary.frames == 0 && is_number_text && !self.inputs().iter().any(is_mostly)
     }
 
-    /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in no
-    /// frame, the bytes are right, so only other checksums and notations are tried.
+    /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in
+    /// no frame, tries only other checksums and notations.
     fn change(&self, is_bad: bool) -> Option<Change> {
-        // Many descriptions fit a stream of few values, such as zeros.
+        // Many descriptions fit a stream with few different values, such as zeros.
         if self.beginning.iter().collect::<HashSet<_>>().len() < 4 {
             return None;
         }
@@ -100,10 +100,11 @@ impl Stream<'_> {
             for (input, bytes) in &inputs {
                 let received = receive(bytes);
                 let are_nearly_all = 4 * sum_of_lengths(&received) > 3 * bytes.len();
-                // Random bytes are not text, so the user's frames do not occur in a text by chance.
+                // Valid text in another notation that contains the user's frames is no coincidence.
                 let is_text = frames.is_empty() && input.contains("--input");
                 if are_nearly_all && (is_text || !may_be_chance(&received, receive)) {
-                    // If some frames have right checksums, the line may have errors. A wrong checksum fits a few by chance.
+                    // If more than one in sixteen frames have right checksums, this is no coincidence, and the line may
+                    // have errors.
                     let right = receivers[0].1(bytes).len();
                     let has_errors = frames == ANY_CHECKSUM && 16 * right > received.len();
                     let change = [&**frames, input].concat();
@@ -114,7 +115,7 @@ impl Stream<'_> {
         None
     }
 
-    /// Returns the beginning of the stream without a change, with changes of its bytes, and in other notations.
+    /// Returns the beginning of the stream as it is, with each change of its bytes, and as read in each other notation.
     fn inputs(&self) -> Vec<(Change, Vec<u8>)> {
         let bytes = self.beginning;
         let each = |change: fn(&u8) -> u8| bytes.iter().map(change).collect();
@@ -134,7 +135,7 @@ impl Stream<'_> {
         for notation in &InputNotation::value_variants()[1..] {
             let arrivals = Arrivals::new(Input::new("", bytes), Some(*notation));
             let mut noted = Vec::new();
-            // After an error, `noted` contains the bytes before the error. The last line may be incomplete.
+            // The last line may be incomplete, which is an error. `noted` then contains the bytes before the error.
             for arrival in arrivals.into_iter().flatten().map_while(Result::ok) {
                 noted.extend(arrival.bytes);
             }

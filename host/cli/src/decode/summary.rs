@@ -21,7 +21,7 @@ pub(super) struct Summary {
     pending: usize,
     discarded_by: DiscardedTotals,
     resynchronisations: u64,
-    /// The number of line events that the input records, of each kind.
+    /// The number of line events of each kind in the input.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     line_events: BTreeMap<String, u64>,
     /// The number of frames of each kind, if there are several kinds.
@@ -46,6 +46,12 @@ impl Summary {
     #[cold]
     pub(super) fn count_frame(&mut self, kind: &str) {
         *self.kinds.entry(kind.to_owned()).or_default() += 1;
+    }
+
+    /// Returns the names of the kinds of frames that have been counted, separated by commas.
+    pub(super) fn kind_names(&self) -> String {
+        let names: Vec<&str> = self.kinds.keys().map(String::as_str).collect();
+        names.join(", ")
     }
 
     /// Counts a line event that the input records.

@@ -13,8 +13,8 @@ const WIDTH: usize = 78;
 /// The lecture's names of the states. BIN's receivers are in state `i` while they wait for byte `i` of a frame.
 const STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];
 
-/// Styles: parameters of the escape sequence SGR. Okabe and Ito chose the pair of blue for good and vermillion for bad
-/// states: colour-blind people can distinguish the two, on light and on dark backgrounds.
+/// Styles: parameters of the escape sequence SGR. Good states are blue, and bad states are vermillion, as in Okabe and
+/// Ito's palette. Colour-blind people can distinguish these two colours.
 const PLAIN: &str = "";
 const BOLD: &str = "1";
 const DIM: &str = "2";

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use super::arrivals::{Arrival, each};
 use super::time::{Times, from_seconds};
 
-/// The beginnings of headers that no text on a serial line has, without blanks.
+/// The beginnings of the tables' headers, without blanks. Text on a serial line does not begin in this way.
 const HEADERS: [&str; 4] = [
     "time[s],value",
     "time[s],analyzername,decoded",
@@ -80,7 +80,8 @@ pub(super) fn arrivals(
     }))
 }
 
-/// Annotations of sigrok: perhaps samples, a decoder, perhaps a class, and a text, such as `uart-1: RX data: 41`.
+/// Annotations of sigrok, such as `uart-1: RX data: 41`: optional sample numbers, a decoder, an optional class and a
+/// text.
 static ANNOTATION: LazyLock<Regex> = LazyLock::new(|| {
     let pattern = r#"(?ix) ^ (?: \d+-\d+ \s+ )? (uart [-\d]*) : \s+ (?: ([^:"]*) : \s+ )?
         "? ( [0-9a-f]{1,2} | [^"]* (?: bit | error | condition ) ) "? $"#;
@@ -120,7 +121,8 @@ impl Decoded {
         self.push(&row.name, time, byte, event)
     }
 
-    /// Reads an annotation. Returns the arrival before its byte. Samples are no times, because the rate is unknown.
+    /// Reads an annotation. Returns the arrival before its byte. Annotations have no times, because the sample rate is
+    /// unknown.
     pub(super) fn annotation(&mut self, line: &str) -> Result<Option<Arrival>> {
         let found = ANNOTATION.captures(line);
         let found = found.context("this line is no annotation of a UART")?;
@@ -133,7 +135,7 @@ impl Decoded {
         self.push(&format!("{} {class}", &found[1]), None, byte, event)
     }
 
-    /// Takes a byte of a line, or an error of the last byte. Returns the arrival before the byte.
+    /// Holds a new byte, and returns the byte that was held before. An error belongs to the byte that is held now.
     fn push(
         &mut self,
         line: &str,

@@ -77,7 +77,7 @@ pub(crate) struct Arrivals<'a> {
     pub(crate) notation: InputNotation,
     /// Whether the first arrival has a time.
     pub(crate) has_times: bool,
-    /// The bits of a byte that are data.
+    /// A mask with the data bits of a byte.
     mask: u8,
     items: Peekable<Box<dyn Iterator<Item = Result<Arrival>> + 'a>>,
 }
@@ -100,7 +100,7 @@ impl<'a> Arrivals<'a> {
         };
         let mut items = items.peekable();
         let is_timed = |first: &Result<Arrival>| matches!(first, Ok(Arrival { time: Some(_), .. }));
-        // Do not wait for bytes: only text and tables have times.
+        // Raw bytes have no times, so do not wait for them.
         let has_times = notation != InputNotation::Bytes && items.peek().is_some_and(is_timed);
         Ok(Self {
             name,
@@ -125,7 +125,7 @@ impl Iterator for Arrivals<'_> {
     }
 }
 
-/// Returns the arrivals that `read` finds in numbered lines, and then in the end of the lines.
+/// Calls `read` with each line, and with `None` at the end. Returns the arrivals that it finds.
 pub(super) fn each<L>(
     name: String,
     lines: impl Iterator<Item = Result<(u64, L)>>,

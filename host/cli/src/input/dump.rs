@@ -17,10 +17,10 @@ static OFFSET: LazyLock<Regex> = LazyLock::new(|| {
 /// The greatest number of bytes that a line `*` may replace.
 const MOST_REPEATED: u64 = 1 << 28;
 
-/// A dump up to a line.
+/// The state of reading a dump, line by line.
 #[derive(Default)]
 pub(super) struct Dump {
-    /// The blanks before an offset. A dump of two directions indents one of them.
+    /// The blanks before an offset. A dump of both directions of a line indents one direction.
     indentation: usize,
     /// The offset of the next line.
     next: u64,

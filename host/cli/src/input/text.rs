@@ -22,8 +22,8 @@ const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent:
 /// The greatest length of a label before the bytes of a line.
 const LONGEST_LABEL: usize = 80;
 
-/// Returns whether all lines of the beginning of a text are annotations of sigrok, or hex with times or offsets. A
-/// device may send lines with decimal numbers. So in hex, some byte must have a digit from A to F.
+/// Returns whether all lines of the beginning of a text are annotations of sigrok, or hex with times or offsets. Hex
+/// must contain a digit from A to F, because a device may send lines with decimal numbers.
 pub(super) fn is_log_or_dump(text: &str) -> bool {
     let text = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
     let mut lines = text.lines().filter(|line| !is_ignored(line));
@@ -102,7 +102,7 @@ impl Text {
     }
 }
 
-/// The parts of a log that all lines must have in common.
+/// The state of reading a log.
 #[derive(Default)]
 struct Log {
     times: Times,
@@ -111,7 +111,7 @@ struct Log {
 }
 
 impl Log {
-    /// Reads a line. A line without a time has that of the line before.
+    /// Reads a line. A line without a time has the time of the line before.
     fn arrival(&mut self, line: &str) -> Result<Arrival> {
         ensure!(
             !line.starts_with(':'),

@@ -41,7 +41,8 @@ impl Times {
         let has = |name| found.name(name).is_some();
         let (is_clock, has_fraction) = (has("hours"), has("fraction"));
         let is_marked = has("open") || has("date") || has("arrow");
-        // Numbers with commas between them are no times, unless one has more digits than bytes have.
+        // Numbers with commas may be bytes: a comma after the number is allowed only if the fraction has three or more
+        // digits.
         let is_long = has_fraction && found["fraction"].len() > 3;
         let is_number = is_marked || !found["seconds"].contains(',') && (is_long || !has("comma"));
         if has("open") != has("close") || !(is_clock || has_fraction && is_number) {
@@ -50,7 +51,7 @@ impl Times {
         let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
         let is_weak = !is_marked && if is_clock { !has_fraction } else { is_pair };
         if is_weak && self.last.is_none() {
-            // Bytes have the same separators in the whole line.
+            // Bytes have the same separator in the whole line, so this line is bytes.
             if rest.is_empty() || rest.contains([':', '.']) {
                 return Ok(None);
             }

@@ -8,7 +8,7 @@ use anyhow::Result;
 
 use super::arrivals::Arrival;
 
-/// The bytes of the time, and those of a frame up to its flags.
+/// The number of bytes of a time, and of a time and a frame up to its flags.
 const TIME: usize = 8;
 const HEADER: usize = TIME + 3;
 

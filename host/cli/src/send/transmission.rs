@@ -150,8 +150,8 @@ impl Pacer {
         self.beginning.elapsed()
     }
 
-    /// Waits until `due` after the start, but returns false as soon as the first message arrives. Later waits belong to
-    /// the parking, and further messages do not stop the parking.
+    /// Waits until `due` after the start, but returns false as soon as the first message arrives. All later waits
+    /// belong to the parking, and ignore further messages.
     fn wait_until(&mut self, due: Duration) -> bool {
         let deadline = self.start + due;
         let left = deadline.saturating_sub(self.now());
@@ -165,7 +165,7 @@ impl Pacer {
         true
     }
 
-    /// Takes the time at which the wait for a deadline ended.
+    /// Measures how late the wait for a deadline ended at `now`. After a hold-up, postpones all later deadlines.
     fn measure(&mut self, deadline: Duration, now: Duration) {
         let late = now.saturating_sub(deadline);
         if late > MOST_MADE_UP {

@@ -21,7 +21,7 @@ pub(crate) fn framelock(arguments: &[&str]) -> Command {
     command
 }
 
-/// Starts the program. It is killed at the time limit, or with the test.
+/// Starts the program. The program is killed at the time limit, or when the returned value is dropped.
 pub(crate) fn start(arguments: &[&str]) -> Process {
     Process::start(&mut framelock(arguments)).unwrap()
 }

@@ -80,7 +80,7 @@ fn any_number<const N: usize>(random: &mut ChaCha8Rng) -> [u8; N] {
     }
 }
 
-/// Returns the bits of a float. JSON and separated values have only one NaN.
+/// Returns the bits of a float. The only NaN is `f32::NAN`, because the tables do not distinguish NaNs.
 fn any_float(random: &mut ChaCha8Rng) -> [u8; 4] {
     let special = [
         f32::NAN,

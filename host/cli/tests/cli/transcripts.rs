@@ -81,7 +81,7 @@ fn guides_and_cases_show_what_their_commands_print() {
 }
 
 fn comparison() -> Assert {
-    // In the output, backslashes do not separate folders.
+    // Do not replace the backslashes in the output, which are no separators of paths.
     Assert::new().normalize_paths(false)
 }
 

@@ -62,7 +62,7 @@ const IN_TEXT: &[&str] = &[
     "-",
 ];
 
-/// Returns a frame whose text has a pattern of the kind. Some of the values may be no numbers.
+/// Returns a frame whose text follows one of the kind's patterns. Some of the values may be no numbers.
 pub fn text_frame(kind: &Kind, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let text = kind.texts.choose(random)?;
     let numbers = &IN_TEXT[..*[5, 10, IN_TEXT.len()].choose(random)?];
@@ -86,14 +86,14 @@ pub fn text_frame(kind: &Kind, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     kind.layout().seal(&mut frame).then_some(frame)
 }
 
-/// Returns random frames of the kinds and views, as they are encoded: for each, a frame of random bytes is decoded, and
-/// its values are encoded.
+/// Returns random frames of the kinds and views. For each frame, decodes a frame of random bytes, and encodes the
+/// decoded values.
 pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let made = (0..12).map(|_| {
         let kind = description.kinds.choose(random)?;
         let view = kind.views.choose(random).filter(|_| random.random());
         let shown = view.unwrap_or(kind);
-        // The frame ends with one of the fields.
+        // The content ends after one of the fields.
         let rest = random.random_range(0..24);
         let ends: Vec<usize> = shown
             .fields
@@ -127,7 +127,7 @@ pub fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>
             }
         }
         let (at, sign) = &shown.sign;
-        // A text that identifies the frames begins with its first literal, or has this literal anywhere.
+        // If the beginning of the text identifies the frames, write the first literal of the text.
         let literal = shown.texts.first().map(|text| match &*text.values {
             [first, ..] if text.first.is_empty() => &first.after,
             _ => &text.first,
@@ -336,7 +336,7 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
         at += length;
-        // A field that takes the rest of the frame is the last one, because fields may share bytes.
+        // A field that takes the rest of the frame is the last one, because a later field would share bytes with it.
         if rest == "type = 'bytes'" || rest == "type = 'text'" {
             break;
         }

@@ -149,7 +149,8 @@ fn described_frames_come_out_and_their_values_make_them_again() {
     assert_eq!(occurred.rarer_than(10), EVENTS);
 }
 
-/// The outcomes of line events that never come. In all streams of descriptions, the only line event is an idle gap.
+/// Outcomes that are never counted here: the only line event in the streams is an idle gap, and the outcomes of packets
+/// are not counted.
 const EVENTS: [&str; 5] = [
     "break",
     "broken stuffing",
@@ -158,7 +159,8 @@ const EVENTS: [&str; 5] = [
     "parity error",
 ];
 
-/// Replays the corpus of the fuzz target `description`. It has frames that end in each way, and texts that are rejected.
+/// Replays the corpus of the fuzz target `description`. The corpus describes frames that end in each way, and has texts
+/// that are rejected.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fuzz/corpus/description");

@@ -1,4 +1,4 @@
-//! Shows the meaning of each key of a description by example frames, in `examples.txt`, and by sweeps.
+//! Shows the meaning of each key of a description by the example frames in `examples.txt`, and by loops over values.
 
 use framelock::{BufferedReceiver, Classification, Format as _};
 use framelock_description::{Description, EncodeError, hex};

@@ -1,4 +1,4 @@
-//! Tests that the simulation measures what is known about the protocol, and that its counts agree with each other.
+//! Tests that the simulation reproduces known properties of the protocol, and that its counts agree with each other.
 //!
 //! Seeds are fixed, so a test always passes or always fails. The transcripts of `framelock simulate` in
 //! `host/cli/tests/cases/simulate.md` have the numbers of some seeds, among them those of a deaf machine and of ambiguous
@@ -57,8 +57,8 @@ fn on_a_line_without_faults_nothing_is_lost() {
     }
 }
 
-/// If the clocks differ by more than four to five per cent, no frame arrives. The limit for a fast sender is lower than
-/// the limit for a slow one. The UART's own tests explain the difference.
+/// No frame arrives if the sender's clock is 5 % too fast or 5.5 % too slow. The limit is lower for a fast sender than
+/// for a slow one. The UART's own tests explain the difference.
 #[test]
 fn clocks_may_differ_by_four_to_five_per_cent() {
     for (baud_error, expected) in [(-5.5, 0), (-5.0, 400), (0.0, 400), (3.9, 400), (5.0, 0)] {
@@ -140,8 +140,9 @@ fn every_frame_and_every_byte_is_accounted_for() {
     assert!(outcomes.iter().all(|count| *count > 0), "{outcomes:?}");
 }
 
-/// A receiver drops the current frame at a reported line error. So these bursts of eleven bits cost the lecture's
-/// machine 8 intact frames. If the simulation did not report framing errors, they would cost it 253.
+/// A receiver drops the current frame at a reported line error, so it can receive an intact frame after the error.
+/// Here, bursts of eleven bits cost the lecture's machine 8 intact frames. Without reports of framing errors, the
+/// bursts would cost it 253.
 #[test]
 fn a_reported_error_drops_the_frame_under_way() {
     let tally = simulated(&Parameters {
@@ -180,7 +181,7 @@ fn an_idle_gap_rule_acts_in_pauses_that_are_longer_than_the_gap() {
 
 /// Neither receiver notices an inverted bit in pitch, roll or yaw. Any other inverted bit, except in the reserved byte,
 /// costs the frame: 24 fixed bits, 14 start and stop bits, and the 9 idle bits before the frame must arrive as they were
-/// sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). With a checksum almost none remains.
+/// sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). A checksum prevents most of them.
 #[test]
 fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     for bit_flip in [0.001_f64, 0.01] {

@@ -191,7 +191,7 @@ impl Page {
         Self { browser }
     }
 
-    /// Reloads the page at this moment.
+    /// Reloads the page with `moment` after the # in its address.
     pub fn open(&self, moment: &str) {
         let page = built("FRAMELOCK_PAGE");
         // Go to another page first, because changing only the part after the # would not reload the

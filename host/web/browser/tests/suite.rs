@@ -50,7 +50,7 @@ fn each_preset_shows_what_the_machines_do() {
             assert!(views.len() > 32, "{name}");
             for (position, view) in views.into_iter().enumerate().rev().step_by(31) {
                 let state = page.go(position);
-                // JavaScript writes 1.0 as 1, in both.
+                // Read the view through JavaScript too, which writes 1.0 as 1.
                 let view: Value = page.read(&format!("({view})"));
                 for (key, expected) in view.as_object().expect("an object") {
                     if key != "cells" {

@@ -123,8 +123,8 @@ proptest! {
         reader(&stream, &mut locked(&OF_READER));
     }
 
-    /// Regular expressions are a second, independent oracle. One match stands for the bytes that the lecture's machine
-    /// consumes together.
+    /// Regular expressions are a second, independent oracle. A match of the second expression is the bytes that the
+    /// lecture's machine takes from an `A` until it is in its state at reset.
     #[test]
     fn the_reference_against_regular_expressions(bytes in stream(40)) {
         let framelock = regex::bytes::Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression");

@@ -65,9 +65,8 @@ fn some_four_wrong_bits_are_committed() {
             (0..b).any(|c| {
                 (0..c).any(|d| {
                     let error = (1_u64 << a | 1 << b | 1 << c | 1 << d).to_be_bytes();
-                    // The code is linear, so the difference of two checksums depends only on the
-                    // error. It is the error's own checksum, without the effect of the initial
-                    // value and the final exclusive or.
+                    // The code is linear, so the difference of two checksums depends only on the error. This difference
+                    // is the error's own checksum, without the effect of the initial value and the final exclusive or.
                     let [_, _, _, e0, e1, e2, e3, crc] = error;
                     crc8([e0, e1, e2, e3]) ^ crc8([0; 4]) == crc
                 })

@@ -19,11 +19,11 @@ fn the_firmwares_bounds() {
     assert_eq!(FIRMWARE.most_per_poll(), 6);
     // 0.5 s, and 128 units at 255 units a second.
     assert_eq!(FIRMWARE.parked_after(), 500_000 + 501_984);
-    // 1 s, and the whole travel at 4 278 of 2^32 a tick.
+    // 1 s, and the whole travel, 255 / 256 of the range, at 4 278 / 2^32 of the range per tick.
     const { assert!(FIRMWARE.live_after() == 1_000_000 + 1_000_045) };
 }
 
-/// The axis with the longest way to park decides, whichever axis it is.
+/// The axis with the longest way to park determines `parked_after`, whichever axis it is.
 #[test]
 fn any_axis_may_be_the_last_to_park() {
     for park in [[255, 128, 90], [128, 0, 128], [90, 128, 255]] {
@@ -55,7 +55,7 @@ fn the_usual_times_are_the_same_for_every_clock() {
             (usual.approach_travel, 10),
             (usual.live_travel, 2),
         ] {
-            // Cut off to whole ticks.
+            // Rounded down to whole ticks.
             assert_eq!(time, clock * tenths / 10, "{clock} {tenths}");
         }
         assert_eq!(usual.longest_step, 2 * (20 * clock / 1_000));
@@ -245,7 +245,7 @@ proptest! {
         ),
         is_punctual: bool,
     ) {
-        // Polls that are never late, so that an approach ends in the stated time.
+        // If `is_punctual`, no poll is late, so an approach ends in the stated time.
         let limit = if is_punctual { parameters.longest_step } else { u32::MAX };
         let steps = steps.into_iter().map(|step| match step {
             ScheduleStep::Wait(ticks) if ticks > limit => ScheduleStep::Wait(ticks % limit + 1),

@@ -146,7 +146,8 @@ fn packets_of_a_faulty_line_are_those_of_the_definition() {
     );
 }
 
-/// A frame with a length field that a delimiter cuts counts as broken stuffing, because no line event has occurred.
+/// If a delimiter cuts a frame that has a length field, the frame's bytes count as broken stuffing, not as a line
+/// event.
 #[test]
 fn a_frame_that_a_delimiter_cuts_is_counted() {
     let format = Packets {

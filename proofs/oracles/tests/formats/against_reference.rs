@@ -61,9 +61,10 @@ fn every_format() {
     assert_eq!(of_all.missing(), by_events);
 }
 
-/// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a pause
-/// after each frame, too. Asserts that each frame is delivered, unless it shares bytes with a delivered frame that does
-/// not begin later. Returns how many of the frames are delivered, and how many share bytes with a delivered one.
+/// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a
+/// pause after each frame, too. Asserts that each frame is delivered, unless it shares bytes with a delivered frame
+/// that begins earlier or at the same byte. Returns how many of the frames are delivered, and how many share bytes with
+/// a delivered one.
 pub(crate) fn whole_frames_are_delivered(
     layouts: &[CheckedLayout],
     frames: &[Vec<u8>],

@@ -15,7 +15,7 @@ use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Bytes that content does not contain. Terminators of frames with a content begin with these bytes.
+/// Bytes that no layout lists as content. If a layout restricts the content, its terminators begin with these bytes.
 const RESERVED: [u8; 4] = [0x04, b'\n', b'\r', 0xF1];
 
 /// Returns distinct patterns of this length. They begin with bytes of `first`, and often contain more of these bytes.
@@ -303,7 +303,7 @@ fn mask(random: &mut ChaCha8Rng, most: usize) -> u8 {
     mask
 }
 
-/// Counts the values for which the condition holds, or the condition itself.
+/// Counts each condition under its name. If a range is given, counts the condition for each value in the range.
 macro_rules! count {
     ($occurred:ident; $($name:literal $(in $range:expr)?, $is:expr;)*) => {
         $(count!(@ $occurred, $name, $($range,)? $is);)*

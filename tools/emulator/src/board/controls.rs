@@ -78,8 +78,8 @@ impl Board {
         self.hold_off(self.now, cycles);
     }
 
-    /// Moves TIMER0 forward by this number of counts, together with its compare registers, so its next events stay as far
-    /// away as before. Tests use it to reach the wrap of a count without emulating the time until then.
+    /// Moves TIMER0 forward by this number of counts, together with its compare registers, so its next events stay as
+    /// far away as before. Tests use it to reach the wrap of a count without emulating the time until then.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`], because events may be due now.

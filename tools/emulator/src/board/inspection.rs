@@ -22,7 +22,7 @@ impl Board {
         &self.memory
     }
 
-    /// Reads a peripheral's register, as the firmware would now.
+    /// Reads a peripheral's register, with the same effects as a read by the firmware.
     ///
     /// # Errors
     /// Returns an error if the register is not modelled.
@@ -30,7 +30,7 @@ impl Board {
         self.access(|chip| chip.read(address))
     }
 
-    /// Writes a peripheral's register, as the firmware would now. It is for tests without firmware.
+    /// Writes a peripheral's register, with the same effects as a write by the firmware. For tests without firmware.
     ///
     /// # Errors
     /// Returns an error if the register is not modelled.

@@ -2,7 +2,8 @@
 //!
 //! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, parity, stopping, flushing, and the
 //! causes of ERROR. Shorts and UARTE0's transmitter are not modelled. An access to one of the transmitter's registers
-//! stops the emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these events.
+//! stops the emulation. The exceptions are PSEL, and the events ENDTX and TXSTARTED, because drivers clear these
+//! events.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
@@ -32,7 +33,7 @@ const WRONG_PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// The bits for which the receiver goes on after STOPRX. It takes up to four more bytes in this time.
+/// The time for which the receiver runs on after STOPRX, in bits. It takes up to four more bytes in this time.
 const STOP_AFTER: u64 = 50;
 
 #[derive(Debug)]
@@ -45,7 +46,8 @@ pub(crate) struct Reception {
     /// The instant at which the receiver stops, and the instant of RXTO.
     stops_at: Option<u64>,
     timeout_at: Option<u64>,
-    /// After STOPRX, the instant from which the receiver may be switched off: when it must have stopped, or RXTO says so.
+    /// After STOPRX, the instant from which the receiver may be switched off: [`STOP_AFTER`] bits after STOPRX, or RXTO
+    /// if RXTO comes earlier.
     off_from: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
@@ -234,7 +236,7 @@ impl Reception {
                 context.deviates("dma_lag", assumptions.dma_lag != 32);
                 self.fifo
                     .push_back((context.now + assumptions.dma_lag, byte));
-                // A byte is announced when it reaches the FIFO's head, as a Nordic engineer says (Zephyr#27233).
+                // RXDRDY comes when a byte reaches the FIFO's head, according to a Nordic engineer (Zephyr#27233).
                 if self.fifo.len() == 1 {
                     self.common.raise(RXDRDY, context);
                 }
@@ -343,7 +345,8 @@ impl Peripheral for Reception {
         self.common
             .store(offset, if clears_all { u32::MAX } else { value })?;
         if offset == ENABLE && value == 0 {
-            // The specification does not say what happens to a byte that is being received, or to EasyDMA.
+            // Reject switching off while the receiver runs, because the specification does not say what then happens to
+            // a byte that is being received, or to EasyDMA.
             if self.runs() && self.off_from.is_none_or(|at| context.now < at) {
                 let refusal = "UARTE0: switched off while its receiver runs";
                 context.refuse(refusal.to_owned());

@@ -43,7 +43,8 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// Starts sampling at `now`, with `bit` cycles per bit, and perhaps an even parity bit before each stop bit.
+    /// Starts sampling at `now`, with `bit` cycles per bit, and with an even parity bit before each stop bit if
+    /// `parity` is true.
     pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
         (self.bit, self.parity) = (bit, parity.into());
         // A line that is low when the receiver starts counts as a start bit. So if the RX pin floats and is low, a

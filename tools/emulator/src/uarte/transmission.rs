@@ -1,7 +1,7 @@
 //! UARTE1's transmitter, for firmware whose TX pin is wired to UARTE0's RX pin.
 //!
-//! EasyDMA fetches each byte when its start bit begins. ENDTX comes at the end of the last byte's stop bit. STOPTX and the
-//! other events are not modelled.
+//! EasyDMA fetches each byte when its start bit begins. ENDTX comes at the end of the last byte's stop bit. STOPTX and
+//! the other events are not modelled.
 
 use super::{CONFIG, ENABLE, ENABLED, PSEL_TXD, Transfer, bit, registers};
 use crate::line::SerialLine;

@@ -70,8 +70,9 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     assert_eq!(activations.len(), 10);
     for activation in activations {
         assert_eq!(activation.exception, TIMER0_EXCEPTION);
-        // The handler's ten instructions take a cycle each, and three of them take one more for a data access. The entry takes 12
-        // cycles, and 8 more for stacking eight words. The return takes 10 cycles, and 8 more for unstacking them.
+        // The handler's ten instructions take a cycle each, and three of them take one more for a data access. The
+        // entry takes 12 cycles, and 8 more for stacking eight words. The return takes 10 cycles, and 8 more for
+        // unstacking the words.
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
     assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);
@@ -208,8 +209,8 @@ fn a_fault_ends_the_emulation_with_its_status() {
     }
 }
 
-/// Sends every byte value back to back, with the sender's rate off by some per mille. The receiver's rate for 115200 baud is
-/// 115108 baud.
+/// Sends every byte value back to back, with the sender's rate off by some per mille. The receiver's rate for 115200
+/// baud is 115108 baud.
 #[test]
 fn the_baud_rates_may_differ_by_four_per_cent_but_not_by_six() {
     for per_mille in [-60_i64, -40, -20, 0, 20, 40, 60] {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::boards::{BUFFER, asleep};
 use nrf52840_emulator::{Assumptions, Board, LineSymbol, MICROSECOND};
 
-/// Scripts and their commands, and the values of names.
+/// The commands of each script, and the numbers that the lines `name NAME NUMBER` define.
 #[derive(Default)]
 struct Scripts {
     scripts: BTreeMap<&'static str, Vec<&'static str>>,

@@ -1,4 +1,4 @@
-//! Tests of the verdicts and of the key of a proof.
+//! Tests of the verdicts, and of the key under which the cache stores a proof.
 
 #![allow(
     clippy::unwrap_used,

@@ -91,7 +91,8 @@ impl Program<'_> {
         new
     }
 
-    /// Returns the constant's C name, and ensures that the constant will be declared, with all to which it points.
+    /// Returns the constant's C name, and ensures that the constant and all constants to which it points will be
+    /// declared.
     fn constant_name(&mut self, name: &str) -> Result<String> {
         if let Some((known, _)) = self.constants.get(name) {
             return Ok(known.clone());

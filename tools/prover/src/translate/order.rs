@@ -14,7 +14,7 @@ use petgraph::graphmap::DiGraphMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Item {
     Block(usize),
-    /// The single place from which the loop that begins at this block is repeated.
+    /// The jump back to this block, at which a loop begins. Every repetition of the loop passes through this jump.
     Repeat(usize),
 }
 

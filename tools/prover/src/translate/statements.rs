@@ -99,7 +99,7 @@ impl FunctionWriter<'_, '_> {
         let left = self.operand(at)?;
         at.sign(',')?;
         let right = self.value(at, left.of.clone())?;
-        // CBMC rejects an order of pointers into different objects, so compare their addresses as numbers.
+        // CBMC rejects `<` between pointers into different objects, so compare the addresses as numbers.
         let is_order = left.of == Type::Pointer && name.starts_with("llvm_icmp_u");
         let number = if is_order { "(u64)" } else { "" };
         let (bits, left_text, right) = (left.of.bits()?, left.text, right.text);

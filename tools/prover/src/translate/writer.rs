@@ -21,7 +21,7 @@ pub(super) struct FunctionWriter<'p, 'm> {
 /// An operand of an operation.
 pub(super) struct Operand<'a> {
     pub(super) of: Type,
-    /// The operand's first token. A name or a number has no other token.
+    /// The operand's first token. If the operand is a name or a number, this is its only token.
     pub(super) token: &'a Token,
     /// The C expression.
     pub(super) text: String,
@@ -116,7 +116,9 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
                     at.word("to")?;
                     at.of_type()?;
                     at.sign(')')?;
-                    format!("((pointer){})", address.text)
+                    let text = format!("((pointer){})", address.text);
+                    let token = address.token;
+                    return Ok(Operand { of, token, text });
                 }
                 "getelementptr" => {
                     // Only the `i8` form is modelled: a base plus an offset in bytes.

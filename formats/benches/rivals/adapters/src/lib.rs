@@ -120,7 +120,7 @@ adapters! {
         }
     };
 
-    /// `cobs`. Its decoder does not check, and has no state before the first delimiter.
+    /// `cobs`. Its decoder does not check packets, and does not wait for the first delimiter.
     "cobs" Cobs((cobs::DecoderState, Packet)) = (cobs::DecoderState::default(), Packet::EMPTY),
     <'a> &'a [u8], |own, bytes, found| {
         let (state, packet) = own;
@@ -135,8 +135,8 @@ adapters! {
         }
     };
 
-    /// `serial-line-ip`. Its decoder decodes one packet, which begins with a delimiter. So the adapter makes a new one
-    /// after each packet, and after each error.
+    /// `serial-line-ip`. Its decoder decodes one packet, which begins with a delimiter. So the adapter makes a new
+    /// decoder after each packet, and after each error.
     "serial-line-ip" SerialLineIp((serial_line_ip::Decoder, Packet)) = (serial_line_ip::Decoder::new(), Packet::EMPTY),
     <'a> &'a [u8], |own, bytes, found| {
         let (decoder, packet) = own;

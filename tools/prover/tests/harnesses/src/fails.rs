@@ -90,7 +90,15 @@ fn assumption_that_is_too_weak() {
     kani::cover!();
 }
 
-// expected: failed: panic_const_add_overflow
+// expected: failed: text: cover: the byte is an A at
+#[kani::proof]
+fn assertion_with_a_text() {
+    let byte: u8 = kani::any();
+    assert!(byte != 0x41, "cover: the byte is an A");
+    kani::cover!();
+}
+
+// expected: failed: panic_const_add_overflow at tools/prover/tests/harnesses/src/fails.rs:105:13: assert!(count + 1 > 0);
 #[kani::proof]
 fn overflow() {
     let count: u8 = kani::any();
