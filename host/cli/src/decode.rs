@@ -251,15 +251,16 @@ impl Decoder {
         let is_partial = !self.options.only.is_empty();
         let time = self.options.timestamps.then_some(self.time);
         let has_kinds = self.options.frame.description.has_kinds();
-        let counts_kinds = has_kinds && self.summary_output.is_some();
+        // If no frame is of a wanted kind, a message lists the kinds that occur.
+        let counts_kinds =
+            has_kinds && (self.summary_output.is_some() || is_partial && self.wanted == 0);
         let mut outcome = Ok(());
         let on_outcome = |found: Found<&[u8]>| {
             self.decided += found.bytes();
             let Some(bytes) = found.message() else {
                 return;
             };
-            // If no frame is of a wanted kind, a message lists the kinds that occur.
-            if counts_kinds || is_partial && self.wanted == 0 {
+            if counts_kinds {
                 self.summary.count_frame(self.frame.kind_name(bytes));
             }
             if is_partial && !self.frame.is_wanted(bytes) {
