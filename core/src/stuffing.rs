@@ -122,7 +122,7 @@ impl Stuffing {
     /// begins with `escape` or `end` in DLE framing without a `start`.
     ///
     /// `2 * packet.len() + 4` bytes are always enough. For COBS, `packet.len() + packet.len() / 254 + 3` bytes are
-    /// enough. The function stuffs only the delimiter and the escape byte. If a protocol's frames end by themselves, as
+    /// enough. The function replaces only delimiters and escape bytes. If a protocol's frames end by themselves, as
     /// those of `XBee` and S.Port, leave out the last byte. For [`Break`](Self::Break) the function copies the packet,
     /// and the program sends the breaks.
     ///

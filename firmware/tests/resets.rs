@@ -34,7 +34,7 @@ fn run(firmware: &mut Firmware, cycles: u64) {
     firmware.board.run_until(end).unwrap();
 }
 
-/// Resets the chip. A watchdog reset takes up to 263 ms, and a fault or a lockup a few milliseconds.
+/// Resets the chip. A reset by the watchdog takes up to 263 ms. After a fault or a lockup, it takes a few milliseconds.
 pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
     match kind {
         Kind::PowerOn => {

@@ -38,9 +38,9 @@
 //! lets the chip take steps between two accesses. L1 to L3 are proved for rounds and ticks during which the chip takes
 //! no step. L2 and L3 also assume that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
-//! Decisions read only the events ENDRX and RXTO. All other events only wake the handler, and may be lost, duplicated
-//! or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick requests the round.
-//! RXTO may come at any time, or never.
+//! What a handler does depends only on the events ENDRX and RXTO. All other events only wake the handler, and may be
+//! lost, duplicated or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick
+//! requests the round. RXTO may come at any time, or never.
 //!
 //! The proof makes these assumptions about the chip. The self-test's table has a row for each:
 //!

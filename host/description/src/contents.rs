@@ -108,8 +108,8 @@ impl<'f> Contents<'f> {
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the part of the text at a place. If the part found last comes before this place in the same pattern, the
-    /// search continues after that part.
+    /// Returns the part of the text that belongs to this place of a pattern. If the part found last comes before this
+    /// place in the same pattern, the search continues after that part.
     fn part(&self, text: &'f [u8], place: TextPlace) -> Option<&'f [u8]> {
         let pattern = &self.kind.texts[place.pattern];
         let (last, from) = self.last_part.get();

@@ -229,7 +229,7 @@ fn feed() {
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// The steps of `feed` while bytes are pending. `give_back` at other places of a slice is proved in [`steps`](super::steps).
+/// The steps of `feed` while bytes are pending. [`steps`](super::steps) proves `give_back` at other places of a slice.
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {
