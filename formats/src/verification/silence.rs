@@ -1,6 +1,6 @@
 //! Proves which bytes are a frame if silence ends the frames, and which of these frames a receiver delivers.
 
-use framelock::any_format::{any_line_event, any_up_to};
+use framelock::any_format::any_line_event;
 use framelock::{BufferedReceiver, Classification, Format, LineEvent};
 
 use super::any_layout::patterns;
@@ -84,29 +84,48 @@ impl Format for Short {
 
 /// At a pause or a break, the receiver delivers only the longest frame that ends there and begins after the last event.
 /// It delivers nothing earlier, and nothing at any other event.
-#[kani::proof]
-#[kani::unwind(6)]
-fn the_longest_suffix_is_delivered() {
-    let bytes: [u8; 4] = kani::any();
-    let count = any_up_to(4);
-    let mut receiver = BufferedReceiver::<Short, [u8; 8]>::new(Short);
-    for byte in &bytes[..count] {
-        assert!(receiver.push(*byte).is_none());
-    }
-    let event = any_line_event();
-    let mut suffixes = (0..count).map(|from| &bytes[from..count]);
-    let is_frame = |suffix: &&[u8]| (2..=3).contains(&suffix.len()) && xor(suffix) == 0;
-    let expected = suffixes
-        .find(is_frame)
-        .filter(|_| is_silence(event))
-        .map(<[u8]>::len);
-    let mut delivered = None;
-    receiver.line_event(event, |found| {
-        if let Some(frame) = found.message() {
-            assert!(delivered.is_none());
-            delivered = Some(frame.bytes().len());
+mod the_longest_suffix_is_delivered {
+    use super::*;
+
+    fn after<const COUNT: usize>() {
+        let bytes: [u8; COUNT] = kani::any();
+        let mut receiver = BufferedReceiver::<Short, [u8; 8]>::new(Short);
+        for byte in &bytes {
+            assert!(receiver.push(*byte).is_none());
         }
-    });
-    assert!(delivered == expected && receiver.pending() == 0);
-    kani::cover!(delivered == Some(2) && count == 4, "a short suffix");
+        let event = any_line_event();
+        let is_frame = |suffix: &&[u8]| (2..=3).contains(&suffix.len()) && xor(suffix) == 0;
+        let expected = (0..COUNT)
+            .map(|from| &bytes[from..])
+            .find(is_frame)
+            .filter(|_| is_silence(event))
+            .map(<[u8]>::len);
+        let mut delivered = None;
+        receiver.line_event(event, |found| {
+            if let Some(frame) = found.message() {
+                assert!(delivered.is_none());
+                delivered = Some(frame.bytes().len());
+            }
+        });
+        assert!(delivered == expected && receiver.pending() == 0);
+        kani::cover!(delivered == Some(2), "the shortest frame");
+    }
+
+    #[kani::proof]
+    #[kani::unwind(6)]
+    fn after_two_bytes() {
+        after::<2>();
+    }
+
+    #[kani::proof]
+    #[kani::unwind(6)]
+    fn after_three_bytes() {
+        after::<3>();
+    }
+
+    #[kani::proof]
+    #[kani::unwind(6)]
+    fn after_four_bytes() {
+        after::<4>();
+    }
 }

@@ -1,10 +1,13 @@
-//! `cargo xtask bugs`: puts one mistake at a time into a copy of the workspace. For each mistake, a file lists the
+//! `cargo xtask bugs`: puts each mistake alone into a copy of the workspace. A few copies are checked at the same time,
+//! so the output of their checks mixes, and each check ends with a line that names its mistake. For each mistake, a file lists the
 //! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. Some mistakes make a sentence
 //! of the documentation false. If no check noticed such a mistake, nothing would ensure that the sentence is true.
 
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
+use std::sync::Mutex;
+use std::thread;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
@@ -23,10 +26,13 @@ const OF_C: &str = "c/seeded-bugs.toml";
 const PLANTED: &str = "proofs/planted-mistakes.toml";
 /// The prover's own harnesses: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
+/// The most copies of the sources in which bugs are checked at the same time. Each has up to 2 GB of build results, and
+/// a harness takes up to 3 GB of memory.
+const MOST_COPIES: usize = 4;
 /// The `test` of the bugs that the proof of the machine code must find. As an argument, this name selects these bugs.
 const MACHINE_CODE: &str = "machine-code";
 
-/// Put the seeded bugs into a copy of the sources, one at a time, and check that each is caught
+/// Put each seeded bug alone into a copy of the sources, and check that it is caught
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Engine that checks harnesses [default: Kani if it is set up, otherwise the offline prover]
@@ -154,6 +160,36 @@ impl Bug {
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 
+    /// Puts the bug into the prover's copy of the sources, and runs its check. Returns a line for each harness or test
+    /// that has not noticed the bug.
+    fn check_in(&self, workspace: &Workspace, mut prover: Prover) -> Result<Vec<String>> {
+        let mistake = &self.mistake;
+        println!("\n=== {mistake} ===");
+        if self.is_in_c() {
+            prover.engine = Engine::Offline;
+            prover.packages = vec![C_PROOFS];
+        }
+        workspace.copy(&prover.root)?;
+        let (_, wrong) = self.texts(&workspace.root)?;
+        fs::write(prover.root.join(&self.file), wrong)?;
+        let survives = self.survives(workspace, &prover)?;
+        if !self.unnoticed_by.is_empty() {
+            let noticed = unexpected(&prover, &self.unnoticed_by)?;
+            ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
+        }
+        let missed: Vec<_> = survives
+            .iter()
+            .map(|by| format!("\"{mistake}\" by {by}"))
+            .collect();
+        let word = if missed.is_empty() {
+            "Caught"
+        } else {
+            "NOT CAUGHT"
+        };
+        println!("{word}: {mistake}");
+        Ok(missed)
+    }
+
     /// Runs the check in a copy of the sources that contains the bug. Returns the names of the harnesses or the test
     /// that have not noticed the bug.
     fn survives(&self, workspace: &Workspace, prover: &Prover) -> Result<Vec<String>> {
@@ -186,7 +222,7 @@ impl Bug {
     }
 }
 
-/// Seeds the bugs that the arguments choose, one at a time.
+/// Seeds the bugs that the arguments choose, each alone in a copy of the sources.
 pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Arguments) -> Result<()> {
     let root = &workspace.root;
     let mut prover = Prover::new(workspace, *engine);
@@ -207,29 +243,32 @@ pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Argument
         "no bug has {} in its mistake, file, harness or test",
         names.join(" or ")
     );
-    prover.root = workspace.target.join("bugs/copy");
-    prover.target = prover.root.join("target");
-    for bug in bugs {
-        if prover.engine == Engine::Kani && bug.file.starts_with("tools/prover/") {
-            continue;
-        }
-        println!("\n=== {} ===", bug.mistake);
+    // A bug in the offline prover has no effect on Kani.
+    bugs.retain(|bug| prover.engine != Engine::Kani || !bug.file.starts_with("tools/prover/"));
+    let copies = thread::available_parallelism().map_or(1, usize::from);
+    let copies = copies.min(MOST_COPIES).min(bugs.len());
+    let remaining = Mutex::new(bugs.into_iter());
+    let next = || remaining.lock().expect("no thread panics here").next();
+    let check_in_copy = |number: usize| {
         let mut prover = prover.clone();
-        if bug.is_in_c() {
-            prover.engine = Engine::Offline;
-            prover.packages = vec![C_PROOFS];
+        prover.root = workspace.target.join(format!("bugs/copy-{number}"));
+        prover.target = prover.root.join("target");
+        let mut missed = Vec::new();
+        while let Some(bug) = next() {
+            missed.extend(bug.check_in(workspace, prover.clone())?);
         }
-        workspace.copy(&prover.root)?;
-        let (_, wrong) = bug.texts(root)?;
-        fs::write(prover.root.join(&bug.file), wrong)?;
-        let mistake = &bug.mistake;
-        let survives = bug.survives(workspace, &prover)?;
-        missed.extend(survives.iter().map(|by| format!("\"{mistake}\" by {by}")));
-        if !bug.unnoticed_by.is_empty() {
-            let noticed = unexpected(&prover, &bug.unnoticed_by)?;
-            ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
-        }
-    }
+        Ok(missed)
+    };
+    let missed_in_copies = thread::scope(|scope| {
+        let threads: Vec<_> = (0..copies)
+            .map(|number| scope.spawn(move || check_in_copy(number)))
+            .collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().expect("no check panics"))
+            .collect::<Result<Vec<_>>>()
+    })?;
+    missed.extend(missed_in_copies.into_iter().flatten());
     ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
     println!("All bugs were caught");
     Ok(())
