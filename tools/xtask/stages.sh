@@ -378,14 +378,14 @@ web() {
     tests_of cargo test --package framelock-web-browser $lint -- --show-output
 }
 
-# First runs all tests with many more random streams, also under random combinations of assumptions about the chip. Then
-# runs all tests under each single assumption.
+# First runs every case of all tests, with many more random streams, also under random combinations of assumptions about
+# the chip. Then runs the tests as at each commit, but under each single assumption.
 #= random (--all): the firmware with many more random streams, and under each assumption about the chip
 random() {
     images . "$target/firmware"
     export FRAMELOCK_RANDOM_RUNS="${FRAMELOCK_RANDOM_RUNS:-20000}" FRAMELOCK_ALL_CASES=1
     emulated_in "$target/firmware/images"
-    unset FRAMELOCK_RANDOM_RUNS
+    unset FRAMELOCK_RANDOM_RUNS FRAMELOCK_ALL_CASES
     emulated_in "$target/firmware/images" --ignored
 }
 

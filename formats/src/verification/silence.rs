@@ -85,7 +85,7 @@ impl Format for Short {
 /// At a pause or a break, the receiver delivers only the longest frame that ends there and begins after the last event.
 /// It delivers nothing earlier, and nothing at any other event.
 mod the_longest_suffix_is_delivered {
-    use super::*;
+    use super::{BufferedReceiver, Short, any_line_event, is_silence, xor};
 
     fn after<const COUNT: usize>() {
         let bytes: [u8; COUNT] = kani::any();

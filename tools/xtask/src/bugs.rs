@@ -15,7 +15,7 @@ use serde::Deserialize;
 use crate::firmware;
 use crate::planted::{LIMIT, Outcome, Test};
 use crate::prove::{C_PROOFS, Engine, Prover};
-use crate::theorems::Answer;
+use crate::theorems::{Answer, is_called};
 use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
@@ -160,6 +160,20 @@ impl Bug {
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 
+    /// Returns the packages that contain the bug's harnesses.
+    fn packages(&self, of_packages: &[(&'static str, Vec<String>)]) -> Vec<&'static str> {
+        let ends = || self.harnesses.iter().chain(&self.unnoticed_by);
+        let contains = |harnesses: &[String]| {
+            harnesses
+                .iter()
+                .any(|one| ends().any(|end| is_called(one, end)))
+        };
+        let containing = of_packages
+            .iter()
+            .filter(|(_, harnesses)| contains(harnesses));
+        containing.map(|(package, _)| *package).collect()
+    }
+
     /// Puts the bug into the prover's copy of the sources, and runs its check. Returns a line for each harness or test
     /// that has not noticed the bug.
     fn check_in(&self, workspace: &Workspace, mut prover: Prover) -> Result<Vec<String>> {
@@ -245,33 +259,46 @@ pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Argument
     );
     // A bug in the offline prover has no effect on Kani.
     bugs.retain(|bug| prover.engine != Engine::Kani || !bug.file.starts_with("tools/prover/"));
+    missed.extend(check_in_copies(workspace, &prover, bugs)?);
+    ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
+    println!("All bugs were caught");
+    Ok(())
+}
+
+/// Checks the bugs in a few copies of the sources at the same time. Returns a line for each harness or test that has not
+/// noticed a bug.
+fn check_in_copies(workspace: &Workspace, prover: &Prover, bugs: Vec<Bug>) -> Result<Vec<String>> {
+    let mut of_packages = Vec::new();
+    if bugs.iter().any(|bug| !bug.harnesses.is_empty()) {
+        for package in &prover.packages {
+            let mut one = prover.clone();
+            one.packages = vec![*package];
+            of_packages.push((*package, one.list()?));
+        }
+    }
     let copies = thread::available_parallelism().map_or(1, usize::from);
     let copies = copies.min(MOST_COPIES).min(bugs.len());
     let remaining = Mutex::new(bugs.into_iter());
     let next = || remaining.lock().expect("no thread panics here").next();
     let check_in_copy = |number: usize| {
-        let mut prover = prover.clone();
-        prover.root = workspace.target.join(format!("bugs/copy-{number}"));
-        prover.target = prover.root.join("target");
         let mut missed = Vec::new();
         while let Some(bug) = next() {
-            missed.extend(bug.check_in(workspace, prover.clone())?);
+            let mut prover = prover.clone();
+            prover.root = workspace.target.join(format!("bugs/copy-{number}"));
+            prover.target = prover.root.join("target");
+            prover.packages = bug.packages(&of_packages);
+            missed.extend(bug.check_in(workspace, prover)?);
         }
         Ok(missed)
     };
-    let missed_in_copies = thread::scope(|scope| {
-        let threads: Vec<_> = (0..copies)
-            .map(|number| scope.spawn(move || check_in_copy(number)))
-            .collect();
-        threads
-            .into_iter()
-            .map(|thread| thread.join().expect("no check panics"))
-            .collect::<Result<Vec<_>>>()
+    let missed = thread::scope(|scope| {
+        let start = |number| scope.spawn(move || check_in_copy(number));
+        let threads: Vec<_> = (0..copies).map(start).collect();
+        let results = threads.into_iter().map(thread::ScopedJoinHandle::join);
+        let results = results.map(|result| result.expect("no check panics"));
+        results.collect::<Result<Vec<_>>>()
     })?;
-    missed.extend(missed_in_copies.into_iter().flatten());
-    ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
-    println!("All bugs were caught");
-    Ok(())
+    Ok(missed.concat())
 }
 
 /// Returns the bug's harnesses that have not noticed it.
@@ -315,7 +342,7 @@ mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use crate::theorems::{Harness, is_called, is_named, quoted, theorems};
+    use crate::theorems::{Harness, is_named, quoted, theorems};
     use crate::workspace::files;
 
     /// The harnesses of the theorems, and those of the prover's own tests.
