@@ -112,13 +112,13 @@ mod the_longest_suffix_is_delivered {
     }
 
     #[kani::proof]
-    #[kani::unwind(6)]
+    #[kani::unwind(4)]
     fn after_two_bytes() {
         after::<2>();
     }
 
     #[kani::proof]
-    #[kani::unwind(6)]
+    #[kani::unwind(5)]
     fn after_three_bytes() {
         after::<3>();
     }
