@@ -2,10 +2,11 @@
 //!
 //! `cargo run -p framelock --example dma`
 //!
-//! A timer's interrupt calls `receive` every millisecond. The interrupts for an idle line, for half a buffer and for
-//! errors may call it too, at any time, if all these interrupts have the same priority. A late idle interrupt does not
-//! know which bytes came before the silence. So `receive` reads the DMA's position once and takes the bytes up to it.
-//! It reports a pause only if the position has not changed for the time `PAUSE`.
+//! In firmware, a timer's interrupt calls `receive` every millisecond. The interrupts for an idle line, for half a
+//! buffer and for errors may call it too, at any time, if all these interrupts have the same priority. `receive` reads
+//! the DMA's position once and takes the bytes before this position. It reports a pause only if the position has not
+//! changed for the time `PAUSE`. An idle interrupt alone does not prove a pause: if the interrupt is late, new bytes
+//! may already have arrived.
 
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
@@ -18,7 +19,8 @@ pub(crate) const SIZE: usize = 256;
 /// The longest time between two calls of `receive`, in microseconds: half of the time in which the buffer fills.
 const LATEST: u32 = 11_000;
 
-/// The silence that ends a frame, in microseconds. It is longer than any pause inside a frame, plus the time of a byte.
+/// The silence that ends a frame, in microseconds. It must be longer than the longest pause inside a frame and the time
+/// of a byte together.
 const PAUSE: u32 = 5_000;
 
 /// The hardware: a timer, and a UART with its DMA.
@@ -40,7 +42,7 @@ pub(crate) struct Reception<P: Parser> {
     taken: usize,
     /// The time of the last call of `receive`.
     called: u32,
-    /// The time of the last call that found another position than the call before.
+    /// The time of the last call that found a new position, or that came too late.
     changed: u32,
 }
 
@@ -54,7 +56,7 @@ impl<P: Parser> Reception<P> {
         }
     }
 
-    /// Takes the bytes that have arrived, and reports the outcome of each byte to `found`.
+    /// Takes the bytes that have arrived. Reports the frames and the discarded bytes to `found`.
     pub(crate) fn receive(
         &mut self,
         serial: &impl Serial,
@@ -120,7 +122,7 @@ pub(crate) fn main() {
     let buffer = [const { AtomicU8::new(0) }; SIZE];
     let mut reception = Reception::new(Receiver::<Bin>::new(), 0);
     let mut position = 0;
-    // In the stream, `?` is a corrupted byte, and `_` is a pause. A call follows each part of the stream.
+    // In the stream, `?` is a corrupted byte, and `_` is a pause. The program calls `receive` after each part.
     let parts = ["AB\0abc\rAB", "\0def\r", "AB\0gh?", "AB\0ijk\rAB\0l", "_"];
     let mut serial = Simulated {
         now: 0,

@@ -1,4 +1,4 @@
-//! Receives setpoints from a source that implements `Read` of `embedded-io`. Most serial drivers implement it.
+//! Receives setpoints from a source that implements `Read` of `embedded-io`. Many serial drivers implement `Read`.
 //!
 //! `cargo run -p framelock --features embedded-io-v0.7 --example embedded_io`
 
@@ -35,7 +35,7 @@ where
             Ok(setpoint) => return setpoint,
             Err(error) => match embedded_io::Error::kind(&error) {
                 ErrorKind::TimedOut => LineEvent::Idle,
-                // Most drivers do not say which error it is.
+                // Most drivers do not say which error has occurred.
                 _ => LineEvent::Overrun,
             },
         };
@@ -46,7 +46,7 @@ where
 }
 
 pub(crate) fn main() {
-    // In reverse order, because `pop` takes the last piece first.
+    // The pieces are in reverse order, because `pop` takes the last one first.
     let received = vec![
         Ok(&b"AB\0\x12\x22\x32\r"[..]),
         Err(ErrorKind::TimedOut),

@@ -23,8 +23,8 @@ fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
     })
 }
 
-/// Takes an interrupt at the time `now`: a byte, or the error that takes the byte's place. `heard` is the time of the
-/// last interrupt. No frame contains bytes from both before and after a line event.
+/// Handles an interrupt at the time `now`: a byte, or an error instead of a byte. `heard` is the time of the previous
+/// interrupt. No frame contains bytes from both before and after a line event.
 pub(crate) fn interrupt(
     line: &mut Line<Receiver<Bin>>,
     heard: &mut u32,

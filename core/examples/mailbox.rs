@@ -2,11 +2,11 @@
 //!
 //! `cargo run -p framelock --example mailbox`
 //!
-//! Only the task calls the failsafe. If the interrupt called `frame` during a `poll`, the poll could take the pitch of
-//! one frame and the roll of the next, and could forget that a frame has come. So the interrupt puts the setpoint into
-//! a mailbox. `critical_section` disables the interrupts for the few instructions that access the mailbox. It needs no
-//! atomic exchange, which a Cortex-M0 does not have. On a chip with two cores, use the implementation of
-//! `critical_section` for that chip.
+//! Only the task calls the failsafe. If the interrupt called `Failsafe::frame` during `Failsafe::poll`, `poll` could
+//! take the pitch of one frame and the roll of the next, and could miss that a frame has come. So the interrupt puts
+//! the setpoint into a mailbox. `critical_section` disables the interrupts for the few instructions that access the
+//! mailbox. This also works on a Cortex-M0, which has no atomic exchange. On a chip with two cores, use the
+//! implementation of `critical_section` for that chip.
 //!
 //! This program is no safety function: a platform needs a switch that cuts the power of its actuators.
 
@@ -19,7 +19,7 @@ use framelock::{Line, LineEvent, Receiver};
 /// The newest setpoint that the task has not taken.
 static MAILBOX: Mutex<Cell<Option<Setpoint>>> = Mutex::new(Cell::new(None));
 
-/// The interrupt of the UART, or of the DMA: takes the new bytes, or an error or a pause.
+/// The interrupt handler of the UART or the DMA. It takes new bytes, an error, or a pause.
 fn interrupt(line: &mut Line<Receiver<Bin>>, found: Result<&[u8], LineEvent>) {
     match found {
         Ok(bytes) => line.messages(bytes).for_each(|setpoint| {

@@ -1,5 +1,5 @@
-//! Takes bytes and prints setpoints. Reports pauses, because a frame that contains `AB` and a carriage return can hide
-//! the frames that follow, until a pause.
+//! Takes bytes and prints setpoints. Reports pauses to the receiver. Without pauses, one lost byte can make the
+//! receiver find frames at the wrong place for ever, if a repeated frame contains a carriage return followed by `AB`.
 //!
 //! `cargo run -p framelock --example push_in_a_loop`
 
@@ -28,11 +28,12 @@ impl Reception {
     }
 
     /// Performs one iteration of the loop, at the time `now`. `byte` is the next byte of the serial port, or `None` if
-    /// no byte waits. Most ports, such as Arduino's `Serial`, report no line errors. If yours does, report them too.
+    /// no byte waits. Most ports, such as Arduino's `Serial`, report no line errors. If your port reports them, pass
+    /// them to the receiver, too.
     pub(crate) fn iterate(&mut self, now: u32, byte: Option<u8>) -> Option<Setpoint> {
         if let Some(byte) = byte {
             self.heard = now;
-            // All three demands arrive together, with the frame's last byte.
+            // With a frame's last byte, `push` returns all three demands together.
             return self.receiver.push(byte);
         }
         if self.receiver.pending() > 0 && now.wrapping_sub(self.heard) >= IDLE {

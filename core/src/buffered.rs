@@ -56,10 +56,11 @@ mod verification;
 ///
 /// * **Latency.** After a false start a frame of `n` bytes may be delivered late: up to `LONGEST - n` bytes after the
 ///   frame's last byte, or with the next line event. In a stream without errors each frame is delivered with its last
-///   byte. Choose the failsafe's times long enough for this delay.
+///   byte, unless the format needs later bytes to recognise the frame. Choose the failsafe's times long enough for this
+///   delay.
 /// * **Cost.** Each call of [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, whatever
-///   the stream. Most calls of `push` only store the byte. The documentation of `framelock-formats` has a table with
-///   the cost per byte, in clean streams and in the streams that cost the most.
+///   the stream. While the format waits for more bytes, `push` only stores the byte. The documentation of
+///   `framelock-formats` has a table with the cost per byte, in clean streams and in the streams that cost the most.
 /// * **Limits of every receiver.** If a false frame passes the format's check, the receiver delivers the false frame,
 ///   and loses each true frame that shares bytes with the false one. If the first bytes of a frame are lost, and bytes
 ///   of its payload look like a frame, the receiver delivers these bytes as a frame.
@@ -156,10 +157,10 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So a call may leave bytes undecided, even a whole frame.** After a false
-    /// start, later calls decide about these bytes in turn. Each of these calls delivers one frame, or drops one or
-    /// more bytes. If no byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line
-    /// as a [`line_event`](Self::line_event). Both can be done in steps of bounded cost: see
-    /// [`poll_step`](Self::poll_step) and [`line_event_step`](Self::line_event_step).
+    /// start, later calls decide about these bytes in turn. Each call delivers at most one frame. If no byte follows
+    /// soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
+    /// [`line_event`](Self::line_event). Both also exist as steps of bounded cost: see [`poll_step`](Self::poll_step)
+    /// and [`line_event_step`](Self::line_event_step).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
         self.push_with(byte, |_| ())
@@ -209,15 +210,15 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// Does one step of [`poll`](Self::poll): decides about the first of the bytes that [`push`](Self::push) has left
-    /// undecided. Reports the dropped bytes, or the frame, or dropped bytes and the frame after them. Returns false if the
-    /// receiver needs more bytes for the next decision.
+    /// undecided. Reports the dropped bytes, or the frame, or dropped bytes and the frame after them. Returns false if
+    /// the receiver needs more bytes for the next decision.
     ///
     /// Call this function until it returns false. By then it has reported what [`feed`](Self::feed) of an empty slice
     /// would report. The program may call other functions between two steps.
     ///
     /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes.** It calls [`Format::classify_after`] at most
-    /// once, so it costs at most as much as a call of `push`. A call of `poll` may examine about `LONGEST`² / 2 bytes. An
-    /// interrupt handler that has no time for so many bytes can do one step at each interrupt.
+    /// once, so it costs at most as much as a call of `push`. A call of `poll` may examine about `LONGEST`² / 2 bytes.
+    /// An interrupt handler that has no time for so many bytes can do one step at each interrupt.
     ///
     /// # Examples
     /// ```

@@ -33,7 +33,8 @@ pub enum Classification {
 ///
 /// For all `bytes` (at least one) and `more`, with at most [`longest`](Self::longest) bytes together:
 ///
-/// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`: `bytes.len() < at_least <= longest()`.
+/// 1. If the answer is `Frame(n)`, then `1 <= n <= bytes.len()`. If it is `Incomplete { at_least }`, then
+///    `bytes.len() < at_least <= longest()`.
 /// 2. `Rejected` and `Frame` are final: `classify(bytes ++ more) == classify(bytes)`.
 /// 3. If `bytes` are `Incomplete { at_least }`, then `bytes ++ more` are also `Incomplete` as long as `bytes ++ more`
 ///    has fewer than `at_least` bytes.
@@ -52,8 +53,8 @@ pub enum Classification {
 /// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`. The documentation of [`Parser`](crate::Parser) explains why.
 ///
 /// # A format is `Clone`
-/// Each [`Frame`] contains a clone of its format. Put tables behind a reference or an `Arc`, so that a clone costs
-/// nothing.
+/// Each [`Frame`] contains a clone of its format. Put tables behind a reference or an `Arc`, so that a clone copies no
+/// table.
 ///
 /// # Examples
 /// Text lines, which end with a delimiter. The receiver asks this format again after each byte. `classify_after`
@@ -136,9 +137,9 @@ pub trait Format: Clone {
     /// `bytes`, so the function decides whether a frame begins here and ends among these bytes.
     ///
     /// The function returns `Frame` if `classify` waited for a longer frame, but `bytes` also begin with a shorter
-    /// frame. Formats with several kinds of frames have such bytes. The default returns `Rejected` with the reason
-    /// [`LineEvent`](DiscardReason::LineEvent). If the function returns another reason, the first of `bytes` counts with
-    /// this reason.
+    /// frame. This happens in formats with several kinds of frames. The default returns `Rejected` with the reason
+    /// [`LineEvent`](DiscardReason::LineEvent). If the function returns another reason, the receiver drops the first
+    /// byte with this reason.
     #[inline]
     #[must_use]
     fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
@@ -153,13 +154,14 @@ pub trait Format: Clone {
         self.classify(&[byte]) != Classification::Rejected(DiscardReason::NoSync)
     }
 
-    /// Decodes a frame. The receiver calls this function only if [`classify`](Self::classify) has found that the bytes
-    /// are a frame.
+    /// Decodes a frame. The receiver calls this function only if [`classify`](Self::classify) or
+    /// [`classify_before`](Self::classify_before) has found that the bytes are a frame.
     #[must_use]
     fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a>;
 }
 
-/// A frame that a [`BufferedReceiver`](crate::BufferedReceiver) has delivered. It is decoded on request.
+/// A frame that a [`BufferedReceiver`](crate::BufferedReceiver) or a [`PacketReceiver`](crate::PacketReceiver) has
+/// delivered. It is decoded on request.
 ///
 /// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns the frame in
 /// two registers, and no time is spent on decoding until the program asks for the message.

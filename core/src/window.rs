@@ -1,8 +1,8 @@
 //! The receiver's engine: one word of state, and one step for each byte.
 //!
 //! The state holds the newest bytes since the last delivered frame, always fewer bytes than a frame has. Older bytes no
-//! longer matter. The bytes lie in a shift register, the newest in the lowest position. The marker, a 1 above the
-//! oldest byte, shows how many bytes are held:
+//! longer matter. The bytes lie in a shift register, the newest in the lowest position. The marker, a bit that is 1
+//! just above the oldest byte, shows how many bytes are held:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -22,13 +22,13 @@
 //!
 //! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
-//! [`push`](Window::push) keeps no position in the frame. It compares *every* stretch of the stream with the shape, if the
-//! stretch is as long as a frame and overlaps no delivered frame.
+//! [`push`](Window::push) keeps no position in the frame. It compares *every* stretch of the stream with the shape, if
+//! the stretch is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
-//! *note* in the word's four highest bits. The note states how many more bytes can become pending. `push` ignores the
-//! note and shifts it out. A note of 0 is ambiguous: either the window is full of pending bytes, or the last call was
-//! `push`.
+//! *note* in the word's four highest bits. The note states how many more bytes can become pending. `push` does not need
+//! the note, and shifts it out. A note of 0 is ambiguous: either the window is full of pending bytes, or the last call
+//! was `push`.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
@@ -438,8 +438,8 @@ impl<F: FrameBytes> Window<F> {
         self.0 & F::Word::ONE.up(Self::MOST) != F::Word::from(0)
     }
 
-    /// Returns whether at least `count` bytes are held. The note must be 0, because the bits of another note would count
-    /// as the marker.
+    /// Returns whether at least `count` bytes are held. The note must be 0, because the bits of another note would
+    /// count as the marker.
     #[inline]
     fn holds(self, count: usize) -> bool {
         self.0.down(count) != F::Word::from(0)

@@ -1,5 +1,5 @@
-//! Takes slices. Most frames lie whole in a slice, so the receiver does not copy them: it decides about the slice's own
-//! bytes. Only bytes that wait for the next slice are stored in the buffer.
+//! Takes slices. Most frames lie whole in a slice, so the receiver decides about the slice's own bytes without a copy.
+//! It stores only bytes that wait for the next slice, and bytes that follow pending bytes.
 
 use super::{BufferedReceiver, classify};
 use crate::noise::run_without_start;
@@ -7,7 +7,7 @@ use crate::{Classification, DiscardReason, Format, Found, Frame};
 
 impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. If no bytes are
-    /// pending before the call, the function does not copy frames that lie whole in the slice.
+    /// pending before the call, the function copies only the bytes that are pending after the call.
     ///
     /// The results do not depend on how a stream is cut into slices. If the call drops `d` bytes and delivers `f`
     /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the bytes that

@@ -1,9 +1,9 @@
 //! Line events, which end the wait for the rest of a frame. [`LineEvent`] states the rule.
 //!
-//! The rule begins with the first byte about which the format answers `Incomplete`: the byte that waited. From this byte
-//! on, all dropped bytes have the reason [`DiscardReason::LineEvent`], until nothing is pending. Between two steps,
-//! `ask_at == 1` means that the rule has begun. At all other times `ask_at` is 0 or greater than 1, because a format that
-//! needs more bytes asks for at least two.
+//! The rule begins at the first byte about which the format answers `Incomplete`. From this byte on, until nothing is
+//! pending, each dropped byte has the reason [`DiscardReason::LineEvent`], or the reason that
+//! [`Format::classify_before`] gives. Between two steps, `ask_at == 1` means that the rule has begun. At all other
+//! times `ask_at` is 0 or greater than 1, because a format that needs more bytes asks for at least two.
 
 use super::BufferedReceiver;
 use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent};
@@ -22,12 +22,12 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Does one step of [`line_event`](Self::line_event): decides about the first of the pending bytes. Returns whether
     /// bytes are still pending.
     ///
-    /// After a line event, call this function until it returns false. Then it has delivered and dropped exactly what one
-    /// call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards. If you push
-    /// a byte earlier, the receiver may deliver a frame that contains bytes from before and after the event.
+    /// After a line event, call this function until it returns false. Then it has delivered and dropped exactly what
+    /// one call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards. If
+    /// you push a byte earlier, the receiver may deliver a frame that contains bytes from before and after the event.
     ///
     /// **A step examines fewer than [`LONGEST`](Format::LONGEST) bytes, at most twice.** It calls
-    /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes fewer than
+    /// [`Format::classify_after`] and [`Format::classify_before`] at most once each. A line event takes at most
     /// `LONGEST` steps. So an interrupt handler can do one step at each interrupt.
     ///
     /// # Examples

@@ -8,7 +8,8 @@
 //! from the place on. If a frame begins at the place, the reference continues after the frame. If no frame begins
 //! there, the reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
-//! An *event* is a frame that is delivered, or a run of bytes that are dropped.
+//! An *event* is a frame that is delivered, or a run of bytes that are dropped. Adjacent runs with the same reason
+//! count as one run.
 //!
 //! **13a: equality.** However a stream is cut into slices, and whether the slices are pushed or fed, the receiver has
 //! the same events as the reference, in the same order. After `feed` the pending bytes are those about which the
@@ -38,7 +39,7 @@
 //! **13b: any format, even one that breaks the laws.** Nothing panics. Every call ends. After each call fewer than
 //! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the part of the
 //! invariant that does not concern the format's answers ([`lawless`]). Each iteration of each loop decides about at
-//! least one byte, or ends the loop.
+//! least one byte, or stores at least one byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
 //! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an
@@ -46,17 +47,17 @@
 //! state that fits (`poll` is `next` of an empty slice). The loops of `feed` and of a line event run the public steps
 //! `poll_step` and `line_event_step`. Each step asks the format each question at most once ([`line_events`]).
 //!
-//! **13d: completeness.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
-//! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
-//! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place, it
-//! continues when more bytes follow the frame, or at a line event.
+//! **13d: completeness.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares
+//! bytes with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place
+//! only by delivering this frame, or an earlier frame that contains the place. If the reference stops before the place,
+//! it continues when more bytes follow the frame, or at a line event.
 //!
 //! **13e: latency.** Let `n` be the length of a frame. The decision about it comes within `LONGEST - n` bytes after its
 //! last byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n`
-//! bytes of the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one
-//! byte lower than with `push`, `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the
-//! frame. While such a frame is undecided, the reference has stopped at an earlier place. The byte at this earlier
-//! place is pending, too, and lowers the bound by one. Streams exist that reach both bounds ([`reference`]).
+//! bytes of the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. If the format needs only the
+//! frame's own bytes to recognise the frame, the bound of `feed` is lower by one: `LONGEST - 1 - n`. While such a frame
+//! is undecided, the reference has stopped at an earlier place. The byte at this earlier place is pending, too. Streams
+//! exist that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. If the format answers `Incomplete`,
 //! both ask it [`Format::classify_before`], whose answer is a frame or a rejection. From then on, if
@@ -65,10 +66,10 @@
 //! [`line_events`] proves one step of the loop, and [`reference`] runs the loop. After a line event nothing is pending,
 //! so no later frame contains a byte from before the event.
 //!
-//! Before the format answers `Incomplete`, the reference at the end of a stream does the same as without a line event.
+//! Until the format first answers `Incomplete`, the steps of a line event decide as `feed` does, with the same reasons.
 //! So the counters do not depend on whether the bytes before the event were pushed or fed. Only a step of a line event
-//! sets `ask_at` to 1: [`steps`] and [`pushes`] show that the other functions do not. The last step of a line
-//! event resets the receiver. So `ask_at` is not 1 at the first step of the next event.
+//! sets `ask_at` to 1: [`steps`] and [`pushes`] show that the other functions do not. The last step of a line event
+//! resets the receiver. So `ask_at` is not 1 at the first step of the next event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 

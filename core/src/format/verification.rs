@@ -1,10 +1,10 @@
-//! Arbitrary classifications, lawful or not. The harnesses of theorem 13 use them, here and in
+//! Arbitrary classifications, lawful or not. The harnesses of theorem 13 use them, in this crate and in
 //! `framelock-formats`.
 
 use crate::{Classification, DiscardReason, LineEvent};
 
-/// The answers of a lawful format about one position of the stream. With fewer than `settled_at` bytes
-/// the answer is `Incomplete`. With `settled_at` bytes or more it is always `settled` (laws 1 to 3).
+/// The answers of a lawful format about one position of the stream. With fewer than `settled_at` bytes the answer is
+/// `Incomplete`. With `settled_at` bytes or more it is always `settled` (laws 1 to 3).
 #[derive(Clone, Copy)]
 pub struct Row {
     /// Number of bytes that decide the classification.
@@ -63,8 +63,7 @@ pub fn any_mismatch() -> DiscardReason {
 }
 
 /// Returns `items[from..to]`. Indexing with a range would add the code that formats the range for the panic message.
-/// Without this code a harness has half as many functions as with it, so Kani needs half the time to prepare the
-/// harness.
+/// This code would double the functions of a harness, and the time that Kani needs to prepare the harness.
 ///
 /// # Panics
 /// Panics if the range is not within the items.

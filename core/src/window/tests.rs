@@ -130,7 +130,7 @@ fn fed<F: FrameBytes>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Out
     ((ends, discarded, window.pending(shape)), window)
 }
 
-/// Returns the outcome of the stream.
+/// Checks that the engine has the outcome of the naive implementation. Returns this outcome.
 fn check_all<const N: usize>(
     places: &[Option<u8>],
     checked: bool,

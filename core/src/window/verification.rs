@@ -1,17 +1,18 @@
 //! Theorems about the engine, for every format. For each byte of the frame, a format either fixes the value or allows
 //! any value. The format may also have any further check. Each module has one harness per length of frame. Theorem 6 is
-//! proved only for short frames, and for frames that almost or exactly fill their word, because the code is the same
-//! for the other lengths.
+//! proved for frames of up to three bytes, and of seven and eight bytes. Frames of other lengths run the same generic
+//! code.
 //!
-//! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window
-//! with a note, from which the number of pending bytes follows. The harnesses start from any window of either kind
-//! ([`any_window`]), and show that both functions again leave a window of one of these kinds.
+//! **States.** [`push`](Window::push) leaves a window without a note, or `EMPTY` if it delivers a frame.
+//! [`push_with`](Window::push_with) leaves a window with a note, from which the number of pending bytes follows. The
+//! harnesses start from any window of either kind ([`any_window`]), and show that both functions again leave a window
+//! of one of these kinds.
 //!
 //! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,
 //! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
 //! byte. The harness shows that the window delivers exactly when the theorem says so, and that the window then holds
-//! the last bytes of the history with the new byte appended. `EMPTY` holds the end of the empty history, so the theorem
-//! holds after every stream ([`commits`]).
+//! the last bytes of the history with the new byte appended. The induction begins with `EMPTY`, the window of the empty
+//! history ([`commits`]).
 //!
 //! **Theorem 6: slices.** [`feed`](Window::feed) delivers the same frames and discards the same bytes as pushing the
 //! bytes one by one, and leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough,
@@ -40,8 +41,8 @@
 //!    `push_with` would discard each of these bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
 //!
-//! **Theorem 1: no panics.** The harnesses above run the steps with short slices. [`long_steps`] runs the steps, and
-//! [`long_slice_is_fed`] runs `feed` as a whole, with slices of up to 4096 bytes.
+//! **Theorem 1: no panics.** The harnesses named above run the steps with short slices. [`long_steps`] runs the steps,
+//! and [`long_slice_is_fed`] runs `feed` as a whole, with slices of up to 4096 bytes.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
 use crate::any_format::part;
@@ -70,8 +71,8 @@ impl<F: FrameBytes> Window<F> {
     }
 }
 
-/// Returns the window without a note that holds the last `count` bytes of a history. `count` is less than the length of
-/// a frame.
+/// Returns the window that holds the last `count` bytes of a history: `EMPTY`, or a window without a note. `count` is
+/// less than the length of a frame.
 fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     let mut window = Window::EMPTY;
     let mut place = 0;
@@ -320,8 +321,8 @@ where
 
 static BYTES: [u8; 4096] = [0; 4096];
 
-/// Returns a slice of any length up to 4096 bytes. All its bytes are 0. Because the shape is arbitrary, a frame may begin
-/// with any of these bytes or with none.
+/// Returns a slice of any length up to 4096 bytes. All its bytes are 0. Because the shape is arbitrary, a frame may
+/// begin with any of these bytes or with none.
 fn any_slice() -> &'static [u8] {
     let length = usize::from(kani::any::<u16>());
     kani::assume(length <= BYTES.len());
@@ -351,7 +352,7 @@ fn long_slice_is_fed() {
     kani::cover!(bytes.len() == 1, "a byte waits");
 }
 
-/// `skip_blocks` returns the rest of the slice.
+/// Checks that `skip_blocks` returns the rest of the slice.
 fn skips_blocks<const N: usize>(shape: &Shape<[u8; N]>, bytes: &[u8])
 where
     [u8; N]: FrameBytes,
@@ -376,8 +377,8 @@ where
     let rest = window.give_back(&shape, bytes, taken);
     assert!(window.pending(&shape) == 0 && rest.len() == bytes.len() - taken + pending);
 
-    // No byte of these slices can begin a frame, or each byte can. The lengths are constants, so that the provers see at
-    // once how many blocks a slice has. `noise::verification` proves the search in longer slices.
+    // No byte of these slices can begin a frame, or each byte can. The lengths are constants, so that the provers see
+    // at once how many blocks a slice has. `noise::verification` proves the search in longer slices.
     skips_blocks(&shape, part(&BYTES, 0, 15));
     skips_blocks(&shape, part(&BYTES, 0, 16));
     skips_blocks(&shape, part(&BYTES, 0, 37));
@@ -458,8 +459,8 @@ where
     kani::cover!(one != other, "different bytes held");
 }
 
-/// Compares `feed` as a whole with single pushes, for the frame 1, 0. This checks the argument above, and that nothing
-/// panics. Returns for each position whether a frame ends there.
+/// Compares `feed` as a whole with single pushes, for the frame 1, 0. This checks the argument in the module's
+/// documentation, and that nothing panics. Returns for each position whether a frame ends there.
 // Never inlined, because otherwise the solver would unwind this function's loops again for each iteration of the
 // caller's loop.
 #[inline(never)]

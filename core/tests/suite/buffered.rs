@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 
 use framelock::{BufferedReceiver, Classification, DiscardReason, Format};
 
-/// `'#' length payload`, where the last byte must be a letter.
+/// `'#' length payload`, where bit 6 of the last byte must be 1, as in a letter.
 #[derive(Clone, Copy)]
 pub(crate) struct Short;
 
@@ -59,8 +59,8 @@ fn the_format_is_asked_only_when_it_has_enough_bytes() {
     assert_eq!(asked.into_inner(), [1, 2, 9]);
 }
 
-/// In a text that arrives byte by byte, the receiver asks the format to search each byte for the delimiter once, not all
-/// bytes again after each byte. It does not matter whether the program pushes the bytes or passes slices.
+/// In a text that arrives byte by byte, the receiver asks the format to search each byte for the delimiter once, not
+/// all bytes again after each byte. It does not matter whether the program pushes the bytes or passes slices.
 #[test]
 fn bytes_that_were_searched_for_a_delimiter_are_not_searched_again() {
     /// `$`, text, and a line feed. The cell counts the bytes that the format examines.
@@ -93,7 +93,7 @@ fn bytes_that_were_searched_for_a_delimiter_are_not_searched_again() {
     }
     let frame = [b"$".as_slice(), &[b'x'; 98], b"\n"].concat();
     let stream = frame.repeat(3);
-    // One byte of each frame may be examined twice, because a slice may end before any byte.
+    // The test allows the format to examine one byte of each frame twice.
     let most = stream.len() + 3;
 
     let examined = Cell::new(0);

@@ -16,7 +16,7 @@ fn reasons_events_phases_and_errors_are_written_as_words() {
     ] {
         assert_eq!(text, written);
     }
-    // They can be padded, as in a table.
+    // The texts can be padded, as in a table.
     assert_eq!(format!("{:>6}|", LineEvent::Break), " break|");
 }
 

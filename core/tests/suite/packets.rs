@@ -1,4 +1,4 @@
-//! Tests the receiver of packets: each reason to discard bytes, and the ends of long packets.
+//! Tests the receiver of packets: the reasons to discard bytes, long packets, and pauses.
 
 use framelock::{
     Classification, DiscardReason, Format, Found, Line, LineEvent, PacketFormat, PacketReceiver,
@@ -7,7 +7,7 @@ use framelock::{
 
 const LONGEST: usize = 600;
 
-/// Packets of up to `longest - 1` bytes without a check.
+/// A format of packets without a check: a stuffing, and a length that each packet must stay below.
 #[derive(Clone, Copy)]
 pub(crate) struct Any(pub(crate) Stuffing, pub(crate) usize);
 
@@ -90,7 +90,8 @@ fn each_reason_is_given() {
     );
 }
 
-/// Every length near the limits of COBS's blocks makes the round trip, with a zero at any place.
+/// Short packets, and packets near the limits of COBS's blocks, make the round trip. They have a zero at the start, in
+/// the middle or at the end, or no zero.
 #[test]
 fn long_packets_make_the_round_trip() {
     let mut buffer = [0; 2 * LONGEST + 4];

@@ -1,8 +1,8 @@
-//! Tests the functions that [`Parser`] defines by its other functions.
+//! Tests the default functions of [`Parser`].
 
 use framelock::{DiscardReason, Found, LineEvent, Parser};
 
-/// A machine that defines only the functions that it must. Each letter is a frame, and every other byte is discarded.
+/// A parser that defines only the required functions. Each letter is a frame, and every other byte is discarded.
 struct Letters;
 
 impl Parser for Letters {

@@ -79,7 +79,8 @@ fn parked(payload: [u8; 4], missing: usize) -> Vec<u8> {
     frame_of(payload).repeat(300)[missing..].to_vec()
 }
 
-/// Finding 1: after one, two or three lost bytes the lecture's machine never commits again.
+/// Finding 1: a sender repeats one frame. If one, two or three bytes are lost, the lecture's machine may never commit
+/// again.
 #[test]
 fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     let payload = [0x00, 0x41, 0x42, 0x00];
@@ -150,12 +151,12 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     assert_eq!(ambiguous, 512);
 }
 
-/// With BIN-CRC8, no frame that is repeated without a pause gives a wrong setpoint. Only one repeated frame contains
-/// frames at two offsets. The frames at both offsets have the setpoint 0D 41 42, with the reserved bytes 0A and EF.
+/// With BIN-CRC8, no frame that is repeated without a pause gives a wrong setpoint. Only one repeated stream contains
+/// frames at two offsets. Their payloads are 0A 0D 41 42 and EF 0D 41 42, so both frames have the same setpoint.
 #[test]
 fn repeated_frames_of_bin_crc8_give_no_wrong_setpoint() {
-    // A repeated frame can contain another frame only if it contains CR and AB in a row. The checksum may be part of
-    // this, and so may the sync of the next frame.
+    // A repeated frame can contain another frame only if CR, A and B follow one another in its payload, or if its
+    // payload ends with CR and A and its checksum is B.
     let wholes = (0..=u8::MAX).flat_map(|x| [[0x0D, 0x41, 0x42, x], [x, 0x0D, 0x41, 0x42]]);
     let cut = (0..=u16::MAX).map(|x| [x.to_be_bytes()[0], x.to_be_bytes()[1], 0x0D, 0x41]);
     let mut at_two_offsets = Vec::new();

@@ -11,7 +11,7 @@ use framelock::{BufferedReceiver, Encode, LineEvent, PacketReceiver, Reader, Rec
 use crate::buffered::Short;
 use crate::packets::Any;
 
-/// The answer of a UART to a call.
+/// The answer of a UART to a call of `read`.
 enum Answer {
     Bytes(Vec<u8>),
     Error(ErrorKind),

@@ -4,7 +4,7 @@ use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Failsafe};
 use framelock::{BufferedReceiver, FixedFormat, Line, Receiver, Shape};
 
-/// A frame of sixteen bytes, the longest frame of fixed length.
+/// A format with frames of sixteen bytes, the longest fixed length.
 enum Longest {}
 
 impl FixedFormat for Longest {

@@ -2,9 +2,10 @@
 //! gives arbitrary answers. No function panics, and each keeps the invariant of [`fits`].
 //!
 //! The harnesses start from any state, and run the public functions as a whole. They ignore executions in which a
-//! function asks the format more than one or two questions. Further questions come from later iterations of the same
-//! loop. Like the first iteration, these start from a state that satisfies the invariant. [`feed`] ends at the first
-//! question, and [`feed_on`] and [`take`] run the steps of the two loops of `feed`.
+//! function asks the format more questions than the harness allows: at most one call of `classify_after`, and at most
+//! two calls of `starts`. Further questions come from later iterations of the same loop. Like the first iteration, the
+//! later ones start from a state that satisfies the invariant. [`feed`] ends at the first question, and [`feed_on`] and
+//! [`take`] run the steps of the two loops of `feed`.
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
@@ -52,13 +53,13 @@ impl AsMut<[u8]> for AnyBuffer {
 #[derive(Clone, Copy)]
 struct Anything<'a> {
     longest: usize,
-    /// The number of further questions about a byte that may start a frame. `None` means that each byte starts a frame.
+    /// The number of calls of `starts` that are still allowed. `None` means that each byte starts a frame.
     starts: Option<&'a Cell<u8>>,
-    /// The number of further questions about several bytes.
+    /// The number of calls of `classify_after` that are still allowed.
     questions: &'a Cell<u8>,
 }
 
-/// Ignores executions in which the counter is 0 already.
+/// Lowers the counter by one. Ignores executions in which it is 0 already.
 fn count_down(counter: &Cell<u8>) {
     kani::assume(counter.get() > 0);
     counter.set(counter.get() - 1);
@@ -145,7 +146,7 @@ fn fits(receiver: &AnyReceiver<'_>) -> bool {
         && receiver.ask_at <= from + if from == to { 1 } else { longest }
 }
 
-/// Adds the bytes of an outcome, which cannot be empty.
+/// Adds the number of an outcome's bytes, which is never 0.
 fn add<T>(total: &mut usize, found: &Found<T>) {
     assert!(found.bytes() > 0);
     *total += found.bytes();
@@ -161,7 +162,7 @@ fn push() {
     let frame = receiver.push_with(kani::any(), |one| add(&mut placed, &one));
     let frame = frame.map_or(0, |frame| frame.bytes().len());
     assert!(frame <= placed);
-    // This buffer forgets the bytes that are moved.
+    // If the pending bytes move, this buffer has no place for them. Then they are no longer pending.
     assert!(is_moved || fits(&receiver) && placed + receiver.pending() == before + 1);
     kani::cover!(frame == MOST - 1, "a long frame");
     kani::cover!(is_moved, "the pending bytes move");
@@ -179,7 +180,7 @@ fn line_event() {
     kani::cover!(placed == MOST - 1, "the most that is pending");
 }
 
-/// Each byte starts a frame, because [`push`] and [`line_event`] cover other bytes.
+/// Here each byte starts a frame. [`push`] and [`line_event`] cover bytes that start none.
 #[kani::proof]
 #[kani::unwind(4)]
 fn next() {
@@ -195,8 +196,8 @@ fn next() {
     kani::cover!(!has_frame && receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// `take` decides about the first bytes of a slice, or stores the whole slice. Each byte starts a frame, because
-/// `noise::verification` covers other bytes.
+/// `take` decides about the first bytes of a slice, or stores the whole slice. Here each byte starts a frame.
+/// `noise::verification` covers bytes that start none.
 #[kani::proof]
 #[kani::unwind(4)]
 fn take() {
@@ -213,7 +214,8 @@ fn take() {
     kani::cover!(placed == MOST, "the longest frame");
 }
 
-/// `feed` as a whole, up to the first question. After it, `feed` performs the steps of [`feed_on`] and [`take`].
+/// `feed` as a whole, up to the first question. After this question, `feed` performs the steps of [`feed_on`] and
+/// [`take`].
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed() {
@@ -229,7 +231,8 @@ fn feed() {
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// The steps of `feed` while bytes are pending. [`steps`](super::steps) proves `give_back` at other places of a slice.
+/// The steps of `feed` while bytes are pending. [`steps`](super::steps) proves `give_back` after any number of bytes of
+/// a short slice.
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {

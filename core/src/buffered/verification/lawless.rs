@@ -1,7 +1,8 @@
 //! 13b, for a format whose answers may break every law.
 //!
-//! The invariant is [`fits`], with `LONGEST` as the number of bytes that decide about a place. [`steps`](super::steps)
-//! proves, without using any law, that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
+//! The invariant is [`fits`], where `settled_at` is `LONGEST`: at most `LONGEST` bytes decide about a place.
+//! [`steps`](super::steps) proves, without using any law, that `store`, `discard_what_starts_nothing` and `give_back`
+//! keep this invariant.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict, part};
@@ -64,7 +65,7 @@ fn what_is_not_rejected_starts() {
 }
 
 /// `poll` finds a frame among the bytes that `push` has left undecided. The harness calls `poll` on the receiver and on
-/// a line.
+/// a [`Line`].
 #[kani::proof]
 #[kani::unwind(3)]
 fn what_is_left_is_found() {

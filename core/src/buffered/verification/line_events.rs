@@ -4,10 +4,10 @@ use super::{Any, Asked, any_receiver, are_places, fits, for_longest};
 use crate::any_format::any_line_event;
 use crate::{Classification, DiscardReason, Found};
 
-/// The step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
+/// A step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
 /// and asks the format at most once ([`Any`] asserts this). If the format answers `Incomplete`, a step of `poll` waits,
 /// as the reference does. A step of a line event does what the reference does at the end of a stream, and asks
-/// `classify_before`. From then on, the steps drop each place that the format rejects as `LineEvent`.
+/// `classify_before`. From then on, each place that `classify` rejects is dropped with the reason `LineEvent`.
 fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: usize) {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), most);
@@ -102,7 +102,7 @@ fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: 
     );
 }
 
-/// `feed` calls `poll_step` when up to `LONGEST` bytes are pending.
+/// `feed` calls `poll_step` with up to `LONGEST` pending bytes.
 fn first_place_is_polled<const L: usize, const N: usize>() {
     first_place_is_decided::<L, N>(false, L);
 }

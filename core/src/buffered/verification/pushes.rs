@@ -6,9 +6,9 @@ use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found};
 
-/// `push` asks the format at most once, which [`Any`] asserts. It first drops the pending bytes before the first one
-/// that starts a frame. Then it delivers the frame that begins with this byte, or drops the byte, or waits. If `push`
-/// has no event, the reference waits, too.
+/// `push` asks the format at most once, which [`Any`] asserts. Until `ask_at` is reached, `push` only stores the byte.
+/// Otherwise it first drops the pending bytes before the first byte that starts a frame. Then it delivers the frame
+/// that begins with this byte, or drops this byte, or waits. If `push` has no event, the reference waits, too.
 fn one_question_at_most<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
@@ -48,7 +48,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
         start = first;
         settled_at = row.settled_at;
     } else {
-        // `push` has no event, so the reference has no event either.
+        // `push` has no event here. The reference has none either.
         assert!(run == 0 && settled.is_none());
     }
     let mut committed = None;

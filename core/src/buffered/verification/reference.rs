@@ -47,7 +47,7 @@ fn classified<const L: usize, const P: usize>(
     settled.or(before.map(|before| before[place]))
 }
 
-/// Runs the naive reference on the places before `end`.
+/// Runs the reference on the places before `end`.
 fn events<const L: usize, const P: usize>(
     rows: &[Row; P],
     before: Option<&Before<P>>,
@@ -120,7 +120,7 @@ fn no_frame_is_passed_over_of_4() {
 const LONGEST: usize = 4;
 
 /// A format with three rules. The byte 0 looks like the start of a frame until `L` bytes have come. The byte 1 is a
-/// frame. No other byte starts a frame.
+/// frame. Every other byte is rejected.
 #[derive(Clone, Copy)]
 struct FalseStart<const L: usize>;
 
@@ -203,8 +203,8 @@ fn next_goes_on() {
 }
 
 /// 13f: a line event goes through all pending bytes, and finds every frame in them. `push` has left these bytes
-/// undecided. The bytes before the first false start have the reasons that `feed` would give. All other bytes that are
-/// part of no frame are dropped as `LineEvent`.
+/// undecided. The bytes before the first false start are dropped with the reasons that `feed` would give. All other
+/// bytes that are part of no frame are dropped as `LineEvent`.
 #[kani::proof]
 #[kani::unwind(8)]
 fn line_event_goes_on() {
