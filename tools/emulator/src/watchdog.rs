@@ -60,7 +60,7 @@ impl Peripheral for Watchdog {
             // "Can only be changed before the watchdog is started." Later writes have no effect.
             (CRV | RREN, Some(_)) | (RR0, None) => {}
             (RR0, Some(bites_at)) => {
-                // In the last two cycles, a reload request comes too late.
+                // In the last two cycles of the 32.768 kHz clock before the reset, a reload request comes too late.
                 if value == RELOAD && context.now + low_frequency(2) < bites_at {
                     self.reload(context.now);
                 }
