@@ -8,9 +8,9 @@ use nrf52840_emulator::Assumptions;
 
 use crate::firmware::{Firmware, GAP, RESTART, frames, is_some_of};
 
-/// The guide's table has a row for each deviation. The row says that nothing is lost, or names the counters that report
-/// the loss. If an ENDRX is also lost, at most five frames are lost. If the row says that nothing is received for
-/// 12 ms, the frames of this time may be lost, too.
+/// The table in `docs/board.md` has a row for each deviation. The row says that nothing is lost, or names the counters
+/// that report the loss. If an ENDRX is also lost, at most five frames are lost. If the row says that nothing is
+/// received for 12 ms, the frames of this time may be lost, too.
 #[test]
 fn each_deviation_loses_what_the_guide_says() {
     let guide = include_str!("../../docs/board.md");
@@ -53,7 +53,7 @@ fn each_deviation_loses_what_the_guide_says() {
     }
 }
 
-/// The limit for all tests under one assumption.
+/// The time limit for all tests under one deviation.
 const LIMIT: Duration = Duration::from_hours(1);
 
 /// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which hold only for
@@ -64,8 +64,8 @@ fn every_test_passes_under_each_assumption() {
     let tests = std::env::current_exe().unwrap();
     let failed: Vec<_> = Assumptions::each()
         .into_iter()
-        // Leave out the assumption that an ENDRX is lost, because then a frame is lost, too. The modules `line_errors`
-        // and `random` test the effects of a lost ENDRX.
+        // Leave out `lost_end`: a lost ENDRX costs frames, which most tests do not allow. The script `line_errors.txt`
+        // and the module `random` test the effects of a lost ENDRX.
         .filter(|(name, _)| *name != "lost_end")
         .filter(|(name, _)| {
             println!("{name}");

@@ -1,5 +1,5 @@
-//! Tests of start-up: the debug port, the outputs after power-on, and how often the PWM gets new pulses. Other tests of
-//! start-up are scripts: see `start.txt`.
+//! Tests of the debug port, of the outputs after power-on, and of the PWM's updates. Other tests of start-up are
+//! scripts: see `start.txt`.
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
@@ -21,9 +21,9 @@ fn live(firmware: &mut Firmware) {
     assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
 }
 
-/// Other boards may use the reset pin, or have words of their own in UICR. So only the image `write-uicr` writes UICR,
-/// and it writes only erased words. Every image opens the debug port if UICR allows it. The words of UICR take effect
-/// at a reset.
+/// A board may use the kit's reset pin for another purpose, or have words of its own in UICR. So only the image
+/// `write-uicr` writes UICR, and it writes only erased words. Every image opens the debug port if UICR allows it. The
+/// words of UICR take effect at a reset.
 #[test]
 fn only_one_image_writes_to_uicr_and_every_image_opens_the_debug_port() {
     const ERASED: u32 = u32::MAX;
@@ -87,7 +87,7 @@ fn after_power_on_the_outputs_begin_at_park() {
     }
 }
 
-/// New pulses are handed over once in a period, late in the period so that they are recent.
+/// The firmware hands new widths to the PWM once in a period. It does so late in the period, so the widths are recent.
 #[test]
 fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let mut firmware = Firmware::booted("megabaud");
@@ -96,7 +96,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
     for n in 0..2_000_u32 {
-        // Up and down, by a unit per millisecond, which is slower than the outputs can move.
+        // The pitch goes up and down by a unit per millisecond. The outputs can move faster.
         let [position, ..] = (n / 2 % 510).to_le_bytes();
         let pitch = if n / 2 % 510 > 255 {
             !position
@@ -105,7 +105,8 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
         };
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
-    // The least time, in milliseconds, that two periods together take. SEQSTART may shorten the periods.
+    // The least time, in milliseconds, that two periods together take. With `start_cuts_period`, SEQSTART shortens the
+    // periods.
     let shortest = if firmware.assumptions.start_cuts_period {
         31
     } else {

@@ -1,5 +1,5 @@
-//! Tests that no output jumps: whatever arrives, and whenever the main loop stands still or the chip is reset, two
-//! outputs in a row differ by at most the number of units that the settings state.
+//! Tests that no output jumps when the core is halted or the chip is reset. Two successive outputs differ by at most
+//! the number of units that follows from `firmware/src/settings.rs`.
 
 use nrf52840_emulator::{Board, MILLISECOND};
 use rand::SeedableRng as _;
@@ -9,20 +9,21 @@ use crate::firmware::{Firmware, Setpoint, frame, sample};
 use crate::outputs::{led3, pulse, pulses};
 use crate::resets::{Kind, reset};
 
-/// The most units by which the settings allow one poll to move an output. The output moves over its 255 units in
-/// 200 ms, and a poll moves it for at most 4 ms.
+/// The most units by which the settings allow one poll to move an output. A live output needs 200 ms for its travel of
+/// 255 units, and a poll moves it by the travel of at most 4 ms.
 const MOST_PER_POLL: u8 = 6;
 /// The most units per poll in an approach and on the way to park, where 255 units take a second.
 const MOST_PER_SLOW_POLL: u8 = 2;
 /// The most by which a pulse differs from the pulse before, in microseconds. The widths of two pulses in a row are
 /// computed at most 26 ms apart, and a width changes by 5 us per millisecond. One unit is 4 us.
 const MOST_PER_PULSE: u64 = 136;
-/// The same for the pulses before and after a halt, whose widths are computed at most 44 ms apart, not counting the
-/// halt.
+/// The most by which the pulse after a halt differs from the pulse before the halt. Their widths are computed at most
+/// 44 ms apart, not counting the halt.
 const MOST_PER_HALT: u64 = 226;
-/// The same in an approach and on the way to park, where a width changes by 1 us per millisecond.
+/// The most by which a pulse differs from the pulse before, in an approach and on the way to park. There, a width
+/// changes by 1 us per millisecond.
 const MOST_PER_SLOW_PULSE: u64 = 50;
-/// The time between two frames.
+/// The time between two frames, in milliseconds.
 const FRAME_EVERY: u64 = 20;
 /// The time of a frame on the line, in cycles.
 const FRAME: u64 = 7 * 10 * 64_000_000 / 115_200;
@@ -45,7 +46,7 @@ impl Recorded {
         self.firmware.drive(milliseconds, FRAME_EVERY, demand);
     }
 
-    /// Brings the outputs to these demands, and asserts that they are live there.
+    /// Sends these demands for two seconds. Asserts that the outputs are live and have reached the demands.
     fn live_at(&mut self, demand: Setpoint) {
         self.drive(2_000, |_| demand);
         assert_eq!(led3(&mut self.firmware, 20), (0, 0), "live");
@@ -69,8 +70,8 @@ impl Recorded {
         outputs.collect()
     }
 
-    /// Asserts that no output of a poll has changed by more than `most` units since an instant, and no pulse by more
-    /// than the settings allow.
+    /// Checks all polls and pulses since an instant. Asserts that each poll changed an output by at most `most` units,
+    /// and that each pulse differs from the pulse before by no more than the settings allow.
     pub(crate) fn assert_bounded(&mut self, since: u64, most: u8, what: &str) {
         for pair in self.polled(since).windows(2) {
             let differences = (0..3).map(|axis| pair[0][axis].abs_diff(pair[1][axis]));
@@ -172,8 +173,8 @@ fn no_reset_lets_an_output_jump() {
     }
 }
 
-/// A reset comes after each of the instructions around a store of the output, and after a sample of the other
-/// instructions of this pass of the main loop.
+/// The test resets the chip in a pass of the main loop that stores a new output: after each instruction near the
+/// stores, and after a sample of the pass's other instructions.
 #[test]
 fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
     const FROM: [u8; 3] = [200, 50, 90];
@@ -194,8 +195,8 @@ fn a_reset_at_any_instruction_resumes_the_last_output_or_the_one_before() {
         let board = &firmware.board;
         (board.instructions(), board.now() + 20 * MILLISECOND)
     };
-    // Run to the end of the first pass that changes the output. Note when the pass began, and when something was
-    // stored.
+    // Run to the end of the first pass that changes the output. Note the number of the instruction at which the pass
+    // began, and of each instruction that changed the stored output.
     let (began, limit) = start(&mut firmware);
     let (mut slept, mut first, mut before) = (0, 0, [output, mark]);
     let mut stores = Vec::new();

@@ -1,4 +1,4 @@
-//! Tests with a line full of errors, which must leave processor time for other code.
+//! Tests that a line full of errors leaves processor time for other code.
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
@@ -17,9 +17,10 @@ fn a_second_of_breaks_starves_nobody() {
     starves_nobody(LineSymbol::Break(12), 13);
 }
 
-/// Sends these symbols for one second at the slowest, a middle and the fastest rate, or at all offered rates (see
-/// [`sample`]), on a core that is half as fast as the model. Asserts that there is no reset, the failsafe moves the
-/// outputs at the usual times, and a fifth of the processor's time is left. Afterwards, frames must be received again.
+/// Repeats this symbol of `bits` bits for one second, on a core that is half as fast as the model. Tests the slowest, a
+/// middle and the fastest rate, or all offered rates (see [`sample`]). Asserts that there is no reset, the failsafe
+/// moves the outputs at the usual times, and a fifth of the processor's time is left. Afterwards, frames must be
+/// received again.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in sample(RATES, 4) {
         let (baud, _) = rate;
@@ -44,7 +45,7 @@ fn starves_nobody(symbol: LineSymbol, bits: u64) {
 
         firmware.commits();
         firmware.run_for(RESTART);
-        // A frame right after the next error must also be received.
+        // A frame 30 bits after the next error must also be received.
         firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
         firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
         firmware.takes_a_frame(MILLISECOND, &what);
@@ -57,7 +58,7 @@ fn handlers(firmware: &mut Firmware) -> u64 {
     runs.map(|run| run.cycles).sum()
 }
 
-/// Returns the last pulse of pitch in the last two periods.
+/// Returns the width of the newest pitch pulse, in microseconds.
 fn pitch(firmware: &mut Firmware) -> u64 {
     let since = firmware.board.now() - 40 * MILLISECOND;
     pulses(firmware, since).last().unwrap()[0]

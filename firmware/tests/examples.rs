@@ -1,4 +1,4 @@
-//! Runs the unchanged examples for Embassy and RTIC in the emulator. Each passes the same tests.
+//! Runs the unchanged examples for Embassy and RTIC in the emulator. Both examples pass the same tests.
 //!
 //! `cargo xtask verify --only examples` builds them, and sets the variable `FRAMELOCK_EXAMPLES` to
 //! their folder. Without this variable the tests fail; they are never skipped.
@@ -45,8 +45,8 @@ impl Log {
     }
 }
 
-/// Runs each example. `test` sends to the booted board, which then runs for `milliseconds`. `check`
-/// gets the log.
+/// Runs each example. `test` puts symbols on the line of the booted board. Then the board runs for `milliseconds`.
+/// `check` gets the log.
 fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)) {
     let Some(folder) = std::env::var_os("FRAMELOCK_EXAMPLES").map(PathBuf::from) else {
         panic!("FRAMELOCK_EXAMPLES is not set; run `cargo xtask verify --only examples`");
@@ -92,7 +92,8 @@ fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
 /// The bytes before a disturbance and those after it would together be a frame, which would move the output.
 #[test]
 fn bytes_around_a_disturbance_are_no_frame() {
-    // A setpoint after 30 ms of silence. During the silence, a wrong frame would move the output.
+    // 30 ms of silence, then a frame with the setpoint. If the receiver delivered a wrong frame before the silence, the
+    // output would move during the silence.
     let stays = "idle:3456 frame:118,119,120 idle:1152";
     // If only the corrupted byte and the bytes dropped after it were missing, the rest would contain a frame.
     let errors = (0..10).map(|dropped| {
@@ -102,12 +103,12 @@ fn bytes_around_a_disturbance_are_no_frame() {
     let errors = format!("idle:300 66 0D {stays} {}", errors.collect::<String>());
     let (late, kept) = ("2E*70 41 42 00 64 65 bad:66", "KEPT 41 42 00 64 65 2E*70");
     for (milliseconds, held, after, warning) in [
-        // The error is noticed late, when all these bytes are in the driver's buffer.
+        // The handlers are held off until all these symbols have arrived, so the driver notices the error late.
         (1_900, late, &*errors, "WARN  Framing"),
         // The last 70 bytes do not fit into the driver's buffer. A pause of 2.6 ms follows, which is long enough to
         // parse all kept bytes, and too short to count as an idle line.
         (1_400, kept, "idle:300 66 0D", "WARN  Overrun"),
-        // 10 ms of silence.
+        // 10 ms of silence end the incomplete frame.
         (1_400, "41 42 00 64 65", "idle:1152 66 0D", ""),
     ] {
         each(
@@ -143,14 +144,14 @@ fn frames_behind_an_error_come_out() {
     );
 }
 
-/// A frame that contains the end of a frame and the beginning of another one. Without its first byte, the receiver
-/// finds frames at the wrong place until a pause.
+/// The payload of the frame `41 42 00 0D 41 42 0D` looks like the end of a frame and the beginning of another one. If
+/// the first byte of a stream of such frames is lost, the receiver finds frames at the wrong place until a pause.
 #[test]
 fn an_ambiguous_payload_is_right_after_one_pause() {
     each(
         1_400,
         |_, board| {
-            // 143 frames, without the first byte. Then 10 ms.
+            // 143 frames without the first byte, then 10 ms of silence.
             send(board, "42 00 0D 41 42 0D frame:13,65,66*142 idle:1152");
             send(board, "frame:13,65,66*2000");
         },

@@ -1,4 +1,5 @@
-//! Compares the firmware's figures, which are the same in each run, with `firmware/FIGURES.txt`.
+//! Measures the firmware's memory, cycles and latency, and compares these figures with `firmware/FIGURES.txt`. They are
+//! the same in each run.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the file. The file
 //! names the compiler of the images. If another compiler built the images, only the limits are checked.
@@ -250,7 +251,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
 }
 
 /// Returns the costs of clean frames if the handlers are held off for this number of cycles, beginning at each of eight
-/// points in a byte. The FIFO holds five bytes. An overrun may come at the start bit of the byte that finds no room.
+/// points in a byte. The FIFO holds five bytes. If `at_start_bit` is true, an overrun comes at the start bit of the
+/// byte that finds no room.
 fn held_off(rate: (u64, u32), length: u64, at_start_bit: bool) -> impl Iterator<Item = Cost> {
     let byte = 640_000_000 / rate.0;
     (0..8).map(move |phase| {
@@ -288,7 +290,8 @@ fn rates(figures: &mut Figures) {
         });
         let hold_off = hold_off(rate);
         assert!(rate.0 > 115_200 || hold_off >= 500, "{hold_off} us");
-        // `README.md` promises that delays of this length lose no byte, even if an overrun comes at a start bit.
+        // `firmware/README.md` promises that delays of this length lose no byte, even if an overrun comes at a start
+        // bit.
         let promised = match rate.0 {
             115_200 => 430,
             1_000_000 => 45,
@@ -311,7 +314,7 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();
     let mut to_setpoint = 0;
-    // The frames end at different times of the main loop's tick of 2 ms, from its beginning to its end.
+    // The ends of the frames are spread over the 2 ms between two ticks of the main loop.
     for n in 0..1_200_u32 {
         let [pitch, ..] = n.to_le_bytes();
         let end = firmware.board.send(&frame([pitch, 1, 2]));

@@ -43,8 +43,8 @@ pub(crate) const RATES: [(u64, u32); 9] = [
     (1_000_000, 0x1000_0000),
 ];
 
-/// Returns the first of each `step` cases. If the variable `FRAMELOCK_ALL_CASES` is set, returns all cases. The nightly
-/// stage `random` sets it.
+/// Returns every `step`-th case, beginning with the first. If the variable `FRAMELOCK_ALL_CASES` is set, returns all
+/// cases. The nightly stage `random` sets this variable.
 pub(crate) fn sample<T>(
     cases: impl IntoIterator<Item = T>,
     step: usize,
@@ -67,8 +67,8 @@ pub(crate) struct Firmware {
     pub(crate) assumptions: Assumptions,
 }
 
-/// Returns the default assumptions about the chip. The variable `FRAMELOCK_ASSUMPTION` can name one of
-/// [`Assumptions::each`].
+/// Returns the assumptions about the chip: the deviation that the variable `FRAMELOCK_ASSUMPTION` names (see
+/// [`Assumptions::each`]), or the default.
 fn assumed() -> Assumptions {
     let Ok(name) = std::env::var("FRAMELOCK_ASSUMPTION") else {
         return Assumptions::default();
@@ -86,8 +86,8 @@ pub(crate) fn counters(image: &str) -> Vec<String> {
 }
 
 impl Firmware {
-    /// Returns firmware at power-on, on a chip whose UICR the image `write-uicr` has written before. The sender has the
-    /// baud rate that the image expects.
+    /// Returns firmware at power-on, on a chip whose UICR contains the words [`UICR`]. The sender has the baud rate
+    /// that the image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
         let mut firmware = Self::on_an_erased_chip(image);
         firmware.write_uicr(UICR);
@@ -140,8 +140,8 @@ impl Firmware {
     }
 
     /// Returns firmware that has booted with another baud rate, on a core with this slowness (see
-    /// [`Assumptions::slowness`]). The time `NONE_WAITS_AFTER` remains that of the image, and is at most the time for
-    /// this rate.
+    /// [`Assumptions::slowness`]). `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this
+    /// rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         const BAUDRATE: u32 = 0x4000_2524;
         let is_slow = baud <= 115_200;

@@ -8,8 +8,9 @@ use nrf52840_emulator::{LineSymbol, MILLISECOND};
 /// Cycles of a byte at 115 200 baud.
 const BYTE: u64 = 10 * 64_000_000 / 115_200;
 
-/// An error comes while the firmware is interrupted in the middle of a round. The test tries every cycle of the round.
-/// The byte after the error would complete a frame with the bytes before the error.
+/// An error comes while the firmware is interrupted in the middle of a round, which is one run of the receive handler.
+/// The test tries every cycle of the round. The byte after the error would complete a frame with the bytes before the
+/// error.
 #[test]
 fn an_error_in_the_middle_of_a_round_is_seen() {
     for any_write_clears in [false, true] {

@@ -47,9 +47,10 @@ pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
     (lit, flashes)
 }
 
-/// If a handler ends just before a tick, the main loop is awake when the tick comes. The line has a break, so no byte
-/// wakes the main loop later. The time between two breaks is long enough for a restart of the UARTE, because a receiver
-/// that is switched off would miss a break.
+/// A break causes a handler to run, at various times before a tick. If the handler ends just before the tick, the main
+/// loop is awake when the tick comes. If the main loop then slept through the tick, no byte would wake it later. The
+/// time between two breaks is long enough for a restart of the UARTE, because a receiver that is switched off would
+/// miss a break.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");

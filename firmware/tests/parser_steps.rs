@@ -1,5 +1,6 @@
-//! A program for the chip, which runs only in the emulator. It calls single steps of the parsers, in every state and
-//! with every kind of byte, so that `figures.rs` can measure their cycles.
+//! A program for the chip, which runs only in the emulator. It calls single steps of the parsers, so that `figures.rs`
+//! can measure their cycles. It calls the lecture's machine in every state and the receiver in many states, with every
+//! kind of byte.
 #![no_std]
 #![no_main]
 #![allow(improper_ctypes_definitions)]
@@ -11,7 +12,7 @@ use cortex_m_rt::entry;
 use framelock::Receiver;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
-// This crate brings the vector table.
+// This crate provides the vector table.
 use nrf52840_hal as _;
 
 #[panic_handler]
@@ -31,7 +32,7 @@ extern "C" fn receiver_step(receiver: &mut Receiver<Bin>, byte: u8) -> Option<Se
     receiver.push(byte)
 }
 
-/// Does nothing. It measures the cost of a call: the stack frame that the compiler creates, and the return.
+/// Does nothing, so its cycles are the cost of a call: the stack frame that the compiler creates, and the return.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn no_step(_machine: &mut Lecture, _byte: u8) -> Option<Setpoint> {

@@ -16,7 +16,7 @@ const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
 /// The longest delay of handlers that loses nothing, in bits. The FIFO may hold only five bytes of ten bits, and at 1
 /// Mbaud a slow core needs some time for the waiting bytes.
 const HOLD_OFF: u64 = 45;
-/// A time, in cycles, that is longer than this delay at any baud rate.
+/// A time, in cycles, that is longer than this delay at the images' baud rates.
 const HELD_OFF: u64 = 500 * MICROSECOND;
 /// Number of streams, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const RUNS: u64 = 200;
@@ -95,10 +95,11 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 
 /// Checks the firmware's behaviour. *Delivered* bytes are those that were sent with a stop bit.
 ///
-/// * Only delivered frames are committed, in order. No committed frame has bytes from both sides of an error or a gap.
-/// * If the firmware has received every byte, it commits all setpoints of the reference.
-/// * If there was no error on the line and no lost ENDRX, the firmware has received every byte, and there was no
-///   overrun.
+/// * Each committed frame consists of consecutive delivered bytes, and the commits are in the order of the bytes. No
+///   committed frame has bytes from both sides of an error or a gap.
+/// * If the firmware has received every delivered byte, it commits exactly the reference's setpoints.
+/// * If there was no error on the line, no delay that was too long, and no lost ENDRX, then the firmware has received
+///   every byte without an overrun.
 /// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
@@ -108,8 +109,8 @@ fn whatever_happens_it_does_as_the_reference() {
     });
 }
 
-/// The deviations that have no effect on the firmware. The firmware never starts a transfer twice, flushes the FIFO, or
-/// expects parity.
+/// The deviations that have no effect on the firmware. The firmware never starts a transfer twice, never flushes the
+/// FIFO, and never expects parity.
 const WITHOUT_EFFECT: [&str; 3] = [
     "start_twice_is_ignored",
     "timeout_counts_parity",
@@ -117,7 +118,7 @@ const WITHOUT_EFFECT: [&str; 3] = [
 ];
 
 /// Checks the same properties under random mixes of assumptions about the chip. Within half a second, the firmware
-/// receives a frame again. Each deviation has an effect in some runs.
+/// receives a frame again. Each deviation, except [`WITHOUT_EFFECT`], has an effect in some runs.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
     let each = Assumptions::each().into_iter().map(|(name, _)| name);
@@ -130,7 +131,7 @@ fn whatever_the_chip_does_it_does_as_the_reference() {
     });
 }
 
-/// Performs runs. All forms and these deviations must occur in them.
+/// Performs the runs. Each form and each of these deviations must occur at least six times.
 fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occurred)) {
     let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
     let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
@@ -147,9 +148,9 @@ fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occu
     );
 }
 
-/// The forms of runs. The first seven are kinds of steps, and [`Occurred`] counts these steps. The next three are
-/// images. For an image, [`Occurred`] counts the commits that were compared with the reference, not the runs. For the
-/// last form, it counts the runs in which bytes were lost.
+/// The names that [`Occurred`] counts in addition to deviations. The first seven are kinds of steps, and [`Occurred`]
+/// counts these steps. The next three are images. For an image, [`Occurred`] counts the commits that were compared with
+/// the reference, not the runs. For the last form, it counts the runs in which bytes were lost.
 const FORMS: [&str; 11] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "too long", "megabaud", "default",
     "lecture", "loss",
@@ -172,7 +173,7 @@ fn one_run(
     let rates = [980, 1_020, random.random_range(980..=1_020)];
     let millibaud = baud * rates[random.random_range(0..3)];
     firmware.board.line(|line| line.set_millibaud(millibaud));
-    // Half of the runs have no errors. In these runs nothing may be lost.
+    // About half of the runs have no errors. In these runs, bytes may be lost only if an ENDRX is lost.
     let with_errors: bool = random.random();
     let count = random.random_range(1..16);
     let steps: Vec<Step> = std::iter::repeat_with(|| step(random))
@@ -212,7 +213,7 @@ fn one_run(
 #[derive(Default)]
 struct Sent {
     stretches: Vec<Vec<u8>>,
-    /// The sum of the delays that are longer than harmless, in cycles.
+    /// The sum of the delays of the form "too long", in cycles.
     late: u64,
     /// The forms of the steps.
     forms: Vec<&'static str>,
@@ -233,7 +234,7 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
         };
         let (now, delay) = (firmware.board.now(), hold_off * step.hold_off / 1_000);
         firmware.board.hold_off(now, delay);
-        // The line is filled ahead of time, so each step begins after everything that was sent before.
+        // The line is filled ahead of time: these symbols begin when all earlier symbols have ended.
         firmware.board.send_symbols(&step.symbols);
         for symbol in &step.symbols {
             match symbol {
@@ -266,7 +267,7 @@ fn wait(firmware: &mut Firmware, cycles: u64) {
     firmware.run_for(cycles);
 }
 
-/// Returns the number of commits, if the firmware has received every byte.
+/// Checks the properties of a run. Returns the number of commits, or `None` if a byte was lost.
 fn check(
     firmware: &mut Firmware,
     reference: Reference,

@@ -80,8 +80,9 @@ fn hours_of_silence_change_nothing() {
     assert_eq!(last, Some([pulse(255), pulse(0), pulse(128)]));
 }
 
-/// Runs the firmware through every state within six seconds. The comments state where the clock may wrap. Returns
-/// everything that the firmware shows: commits, pulses, pins and resets; the counters; and the log.
+/// Runs the firmware through every state within six seconds. Each comment states a time at which the clock may wrap,
+/// and the firmware's state at that time. Returns everything that the firmware shows: commits, pulses, pins and resets;
+/// the counters; and the log.
 fn through_every_state(mut firmware: Firmware) -> (Trace, Vec<u8>, Vec<String>) {
     let frames = |firmware: &mut Firmware, until: u64, every: u64, setpoint| {
         while firmware.board.now() < until * MILLISECOND {
@@ -117,7 +118,8 @@ fn through_every_state(mut firmware: Firmware) -> (Trace, Vec<u8>, Vec<String>) 
     (trace, bytes, log)
 }
 
-/// LED3's patterns repeat after 2^20 us, so the clock starts multiples of this time before its wrap.
+/// LED3's patterns repeat after 2^20 us. The clock starts a multiple of this time before its wrap, so the patterns are
+/// the same in each run.
 #[test]
 fn a_wrap_of_the_clock_changes_nothing_in_any_state() {
     let (usual, counters, log) = through_every_state(starts_before_the_wrap(0));

@@ -1,4 +1,4 @@
-//! Checks that each image commits the reference's setpoints for every stream.
+//! Checks that each image commits the reference's setpoints, for intact frames, faulty frames and noise.
 
 use crate::firmware::{Firmware, GAP, RESTART, Reference, frame, frames, reference, sample};
 use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};
@@ -12,7 +12,7 @@ const SECOND: [u8; 12] = [
 ];
 
 /// An image, its reference, the sender's rate in thousandths of the receiver's, and a number n: every n-th faulty
-/// stream is tested. The promised limits of the rate are two per cent.
+/// stream is tested. The firmware promises to receive at rates that differ by up to two per cent.
 const IMAGES: [(&str, Reference, u64, usize); 5] = [
     ("megabaud", reference::<Bin>, 980, 20),
     ("default", reference::<Bin>, 1_020, 31),

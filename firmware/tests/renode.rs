@@ -48,7 +48,7 @@ fn the_first_match_is_the_list_of_counters() {
     assert_eq!(names.trim(), counters);
 }
 
-/// The script's path of the image is the path to which `cargo build --release` in `firmware` writes.
+/// The script loads the image from the path to which `cargo build --release` in `firmware` writes.
 #[test]
 fn paths_exist() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../renode");

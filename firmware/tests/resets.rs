@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::firmware::{Firmware, RESTART, UICR, sample};
 use crate::outputs::pulse;
 
-/// How the chip is reset.
+/// A way to reset the chip.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Kind {
     PowerOn,
@@ -34,7 +34,8 @@ fn run(firmware: &mut Firmware, cycles: u64) {
     firmware.board.run_until(end).unwrap();
 }
 
-/// Resets the chip. A reset by the watchdog takes up to 263 ms. After a fault or a lockup, it takes a few milliseconds.
+/// Resets the chip. A reset by the watchdog takes up to 263 ms. A reset by a fault or a lockup takes a few
+/// milliseconds.
 pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
     match kind {
         Kind::PowerOn => {
@@ -55,7 +56,7 @@ pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng
     }
 }
 
-/// Leaves each word of UICR erased, or writes it, or breaks some or all of its bits.
+/// Leaves each word of UICR erased, or writes it, or breaks one or all of its bits. Returns the choice for each word.
 fn prepare_uicr(firmware: &mut Firmware, random: &mut ChaCha8Rng) -> Vec<u32> {
     let mut states = Vec::new();
     for (word, value) in UICR {
@@ -124,7 +125,8 @@ fn after_any_sequence_of_resets_it_works() {
     }
 }
 
-/// Asserts that the last start logged the last reset's cause. The firmware may then have reset itself.
+/// Asserts that the last start logged the cause of the test's last reset. If the firmware has reset itself since, the
+/// log names the causes that RESETREAS has accumulated.
 fn says_the_cause(firmware: &mut Firmware, last: Option<Kind>, what: &str) {
     let cause = match last.unwrap() {
         Kind::PowerOn | Kind::BrownOut => "power",

@@ -30,7 +30,7 @@ const STATES: [&str; 4] = [
     "live",
 ];
 
-/// The state of a script: the board, the log's lines so far, and an instant.
+/// The state of a script: the board, the log's lines so far, and the instant of the last command `mark`.
 struct Script {
     recorded: Recorded,
     log: Vec<String>,
@@ -99,7 +99,7 @@ fn number(word: &str) -> u32 {
     }
 }
 
-/// Returns cycles: the word is a time in milliseconds, or in microseconds if it ends with `us`.
+/// Converts a time to cycles. The word is a number of milliseconds, or of microseconds if it ends with `us`.
 fn cycles(word: &str) -> u64 {
     match word.strip_suffix("us") {
         Some(count) => u64::from(number(count)) * MICROSECOND,
@@ -114,7 +114,7 @@ impl Script {
         }
     }
 
-    /// Performs a command that changes something. Returns false if it is not such a command.
+    /// Performs a command that changes something. Returns false for any other command.
     fn acts(&mut self, command: &str, words: &[&str], what: &str) -> bool {
         let value = |place: usize| number(words[place]);
         let demand = |place: usize| setpoint(&words[place..place + 3].join(","));
@@ -272,7 +272,8 @@ impl Script {
     }
 }
 
-/// Asserts the least and the greatest number of milliseconds for which LED3 is lit, and how often it goes on.
+/// Asserts that the number of milliseconds for which LED3 is lit is between the first two words, and that LED3 goes on
+/// as often as the third word says.
 fn assert_led3(firmware: &mut Firmware, milliseconds: u32, words: &[&str], what: &str) {
     let (lit, flashes) = led3(firmware, milliseconds.into());
     let [least, most, expected] = [0, 1, 2].map(|place| u64::from(number(words[place])));

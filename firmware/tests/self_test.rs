@@ -15,7 +15,7 @@ const WIRE: [u32; 2] = [33, 34];
 /// The results of the self-test.
 struct Outcome {
     finished: u32,
-    /// How often the setpoint changed.
+    /// Number of changes of the setpoint.
     commits: usize,
     log: Vec<String>,
 }
@@ -162,7 +162,8 @@ fn under_each_assumption_it_says_what_this_chip_does() {
     }
 }
 
-/// If the chip violates one of the firmware's assumptions, the self-test reports it.
+/// If the chip violates one of the firmware's assumptions, the self-test reports it. Row 17 is not fine on any chip
+/// here, because the test sets `BOUND` to 0.
 #[test]
 fn a_chip_that_does_less_is_not_fine() {
     type Change = fn(&mut Assumptions);
@@ -187,8 +188,8 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// The self-test starts with a running watchdog, as if it had been flashed over the firmware. UICR allows it to open
-/// the debug port.
+/// The self-test starts with a running watchdog, as if it had been flashed over the firmware. UICR allows the self-test
+/// to open the debug port.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut firmware = Firmware::at_power_on("self-test");

@@ -1,5 +1,6 @@
 //! Computes the greatest depth of the stack from the machine code. The code shows how much stack each function takes,
-//! and which functions it calls. Unknown instructions, recursion, and calls through registers are errors.
+//! and which functions it calls. Unknown instructions, calls through registers, and recursion are errors. One recursion
+//! is allowed: see [`Code::depth`].
 #![expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -10,7 +10,7 @@ pub(crate) fn frame([pitch, roll, yaw]: Setpoint) -> [u8; 7] {
     [b'A', b'B', 0, pitch, roll, yaw, b'\r']
 }
 
-/// Returns three demands that commas separate.
+/// Parses three demands, separated by commas.
 pub(crate) fn setpoint(text: &str) -> Setpoint {
     let demands = text.split(',').map(|demand| demand.parse().expect(text));
     demands.collect::<Vec<u8>>().try_into().expect(text)

@@ -1,8 +1,7 @@
-//! The model's behaviour where the product specification (section "UARTE") is silent, or where chips are
+//! The model's behaviour where the product specification is silent (mostly in its section "UARTE"), or where chips are
 //! reported to differ from it.
 
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
-///
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -34,10 +33,10 @@ pub struct Assumptions {
     /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default, writing 1 to a bit clears only
     /// this bit's cause.
     pub any_write_clears: bool,
-    /// RXTO also comes with each ENDRX (Zephyr#103578).
+    /// RXTO also comes with each ENDRX of a full transfer (Zephyr#103578).
     pub causeless_timeout: bool,
     /// Bits from STOPRX to RXTO. The default, 50, is the length of five bytes. The receiver stops after 50 bits, or at
-    /// RXTO if RXTO comes later. So if RXTO comes earlier than after 50 bits, the receiver still runs.
+    /// RXTO if RXTO comes later. So if RXTO comes less than 50 bits after STOPRX, the receiver runs on after RXTO.
     pub bits_to_timeout: u64,
     /// A parity bit makes the time from STOPRX to RXTO longer, as in `BabbleSim`'s model, which counts whole
     /// characters.
@@ -84,11 +83,11 @@ impl Default for Assumptions {
     }
 }
 
-/// The longest lag of EasyDMA in the deviations, in cycles. It is less than three tenths of a byte time at 1 Mbaud. The
-/// lag on silicon is probably never longer.
+/// The longest lag of EasyDMA, and of RXSTARTED, in the deviations, in cycles. It is less than three tenths of a byte
+/// time at 1 Mbaud. EasyDMA's lag on silicon is probably never longer.
 const LONGEST_LAG: u64 = 190;
-/// The longest lag of ENDRX in the deviations, in cycles. The sum of both longest lags is less than the firmware's
-/// `NONE_WAITS_AFTER` at 1 Mbaud, as assumption A1 of theorem 12 requires.
+/// The longest lag of ENDRX in the deviations, in cycles. The sum of this lag and [`LONGEST_LAG`] is less than the
+/// firmware's `NONE_WAITS_AFTER` at 1 Mbaud, as assumption A1 of theorem 12 requires.
 const LONGEST_END_LAG: u64 = 60;
 
 impl Assumptions {
@@ -122,9 +121,9 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations. The same seed always gives the same mix. No number deviates further from
-    /// its default than in [`Assumptions::each`]. In a quarter of the mixes an ENDRX is lost, and in a quarter STOPRX
-    /// is ignored.
+    /// Returns a random mix of deviations. The same seed always gives the same mix. No number deviates further from its
+    /// default than in [`Assumptions::each`]. In about a quarter of the mixes an ENDRX is lost, and in about a quarter
+    /// STOPRX is ignored.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;

@@ -136,7 +136,8 @@ impl Board {
         self.slept
     }
 
-    /// Runs for `cycles`, and then to the end of the current instruction, which takes at most a few cycles more.
+    /// Runs for `cycles`, and then to the end of the current instruction, which takes at most a few cycles more. If a
+    /// [`Board::hold_off`] has begun, runs to its end.
     ///
     /// # Errors
     /// Returns an error if the firmware faults, or does something that is not modelled: see [`Error`].
@@ -152,8 +153,8 @@ impl Board {
         self.run(at, |_| false).map(|_| ())
     }
 
-    /// Runs until `stop` returns true, but at most until the instant `until`. Calls `stop` after every instruction.
-    /// Returns whether `stop` has returned true.
+    /// Runs until `stop` returns true, but at most until the instant `until`. Calls `stop` after every instruction and
+    /// every exception entry. Returns whether `stop` has returned true.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`].
@@ -194,7 +195,8 @@ impl Board {
         }
         self.now += cycles;
         self.look(pc, before, after)?;
-        // A core that has just gone to sleep may wake immediately, because masked interrupts also wake the core.
+        // Skip time only if the core already slept before this step. A core that has just gone to sleep may wake
+        // immediately, because masked interrupts also wake the core.
         if slept_on && !self.shared.touched.load(Relaxed) {
             let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
             let wake = self.quiet_until.min(until).min(hold_off);

@@ -32,7 +32,7 @@ impl Gpio {
         Self(Common::new("GPIO", 0x5000_0000, &[], registers))
     }
 
-    /// Returns the pins of a port whose configuration fulfils the condition `are`.
+    /// Returns those pins of a port for whose configuration `are` returns true.
     fn pins(&self, port: u32, are: fn(u32) -> bool) -> u32 {
         let pins = (0..32).filter(|pin| are(self.0[configuration(port, *pin)]));
         pins.fold(0, |pins, pin| pins | 1 << pin)
@@ -42,8 +42,9 @@ impl Gpio {
         self.pins(port, |configuration| configuration & 1 == 1)
     }
 
-    /// Returns the value of IN. A pin is read only if its input buffer is connected. An output then reads its own
-    /// level. An input reads the level of the line, if it is wired to the line, or otherwise the level of its pull-up.
+    /// Returns the value of IN. A pin whose input buffer is disconnected reads as 0. An output reads its own level. An
+    /// input that is wired to the line reads the line's level. Any other input reads as 1 if it has a pull-up, and as 0
+    /// otherwise.
     fn levels(&self, port: u32, context: &Context) -> u32 {
         let wired = if context.line_pin / 32 * P1 == port {
             1 << (context.line_pin % 32)

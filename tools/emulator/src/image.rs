@@ -26,7 +26,7 @@ pub struct Image {
     /// The bytes to load, and their physical addresses, as for a flash programmer.
     segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<Symbol>,
-    /// The ELF, in which the log's texts are.
+    /// The ELF, which contains the log's texts.
     pub(crate) elf: Vec<u8>,
 }
 

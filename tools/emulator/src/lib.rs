@@ -23,21 +23,22 @@
 //! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, errors, sampled bit by bit |
 //! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
-//! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
+//! | line and sender | `line.rs` | a sender with its own baud rate, breaks, missing stop bits, noise |
 //! | TIMER0 to 2 | `counter.rs` | timer and counter, captures, compares, shorts to CLEAR |
 //! | RTC1 | `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | a sequence of one step from RAM, pulses on the pins |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
+//! | FICR | `nonvolatile.rs` | reading |
 //! | UICR, NVMC | `nonvolatile.rs` | writing words, switching the instruction cache (without effect) |
 //! | TEMP | `nonvolatile.rs` | writing the calibration (without effect) |
 //! | GPIO | `gpio.rs` | `PIN_CNF`, OUT, OUTSET, OUTCLR, IN |
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
-//! The model has only the registers that the firmware, the examples and the tests use. Each file cites the section of
-//! the *nRF52840 Product Specification* that it follows, and names the questions that this section leaves open. `rsemu`
-//! provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
+//! The model has only the registers that the firmware, the examples and the tests use. A peripheral's file cites the
+//! section of the *nRF52840 Product Specification* that describes the peripheral, and names the questions that this
+//! section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
 //! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
 //! program counter. Such a register never silently reads as zero. This applies to the peripherals' address range only.

@@ -16,7 +16,8 @@ use crate::trace::{Period, Pins};
 /// HFXO's start-up time: at most 360 us, according to the section "64 MHz crystal oscillator (HFXO)".
 const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
-/// A peripheral. Its [`Common`] part has tables of its registers. The functions implement the rest.
+/// A peripheral. Its [`Common`] part has tables of its registers. The trait's functions implement the effects that
+/// these tables do not describe.
 pub(crate) trait Peripheral: Debug + Send {
     fn common(&mut self) -> &mut Common;
 
@@ -43,7 +44,7 @@ pub(crate) trait Peripheral: Debug + Send {
     /// Performs the action that is due at `context.now`.
     fn advance(&mut self, _context: &mut Context) {}
 
-    /// Pauses for this number of cycles, in which a debugger halts the core. Only the watchdog does so.
+    /// Pauses the peripheral while a debugger halts the core for this number of cycles. Only the watchdog pauses.
     fn pause(&mut self, _cycles: u64) {}
 
     /// Moves a counter and its compare registers forward by this number of counts.
@@ -57,7 +58,7 @@ impl Peripheral for Common {
     }
 }
 
-/// The state that peripherals share, and the chip's surroundings. Resets do not change this state.
+/// The state that peripherals share, and the chip's surroundings. A reset changes only the pins and `protection`.
 #[derive(Debug)]
 pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
@@ -71,12 +72,12 @@ pub(crate) struct Context {
     pub(crate) loopback_pin: Option<u32>,
     /// Cycles that the crystal takes to start; `None` if it never does.
     pub(crate) crystal_startup: Option<u64>,
-    /// All periods of the PWM so far.
+    /// The PWM's periods since the last call of [`crate::Board::trace`].
     pub(crate) pwm_periods: Vec<Period>,
-    /// The current outputs, and all changes of them with their instants.
+    /// The current outputs, and their changes since the last call of [`crate::Board::trace`].
     pub(crate) pins: Pins,
     pub(crate) pin_changes: Vec<(u64, Pins)>,
-    /// The names of the deviations that have had an effect.
+    /// The names of the deviations that have had an effect since the last call of [`crate::Board::trace`].
     pub(crate) deviations: BTreeSet<&'static str>,
     /// The addresses of raised events whose PPI channels have not taken effect yet.
     pub(crate) raised: VecDeque<u32>,
@@ -140,9 +141,11 @@ impl Context {
 pub(crate) enum Access {
     /// The register gets the value, which must be one of the modelled values.
     Plain(RangeInclusive<u32>),
-    /// The value's ones set the bits of the register at this offset. Reading also reads that register.
+    /// The value's ones set the bits of the register at this offset. A read returns the value of the register at this
+    /// offset.
     Set(u32),
-    /// The value's ones clear the bits of the register at this offset. Reading also reads that register.
+    /// The value's ones clear the bits of the register at this offset. A read returns the value of the register at this
+    /// offset.
     Clear(u32),
     /// The value's ones clear the register's bits.
     ClearOnes,

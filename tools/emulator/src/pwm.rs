@@ -4,8 +4,9 @@
 //! PWMPERIODEND, STOPPED. Not modelled, and rejected: longer sequences, sequence 1, REFRESH, ENDDELAY, LOOP, the other
 //! loads, NEXTSTEP, up-and-down counter.
 //!
-//! The specification leaves two points open. The model assumes the following. If SEQSTART is triggered while the PWM
-//! runs, the new sequence begins at the end of the period. EasyDMA fetches the step at SEQSTART.
+//! The specification leaves two points open. In the model, EasyDMA fetches the step at SEQSTART. If SEQSTART is
+//! triggered while the PWM runs, the new sequence begins at the end of the period, or immediately with
+//! [`start_cuts_period`](crate::Assumptions::start_cuts_period).
 
 use crate::MICROSECOND;
 use crate::line::SerialLine;

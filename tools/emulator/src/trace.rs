@@ -1,11 +1,11 @@
-//! The record of events on the board, in the order in which they happened. Times are in cycles. Each
-//! run of an exception handler is recorded with its cycles, from entry to return.
+//! The record of events on the board. The events of each kind are in the order in which they happened. Times are in
+//! cycles. Each run of an exception handler is recorded with its cycles, from entry to return.
 
 use std::collections::BTreeSet;
 
 use crate::MICROSECOND;
 
-/// Why the chip was reset.
+/// The cause of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
     /// The reset pin was pulled: [`crate::Board::reset`].

@@ -1,9 +1,10 @@
 //! The watchdog: nRF52840 Product Specification, section "WDT".
 //!
 //! The watchdog counts down from CRV at 32 768 Hz. When the reload request comes, the watchdog starts again from CRV.
-//! Once started, it runs until a reset. The watchdog resets the chip two cycles of the 32.768 kHz clock after its time
-//! is over. The model supports only the settings after a reset: one reload request, running while the CPU sleeps, and
-//! pausing while a debugger halts the CPU. The event TIMEOUT is not modelled.
+//! Once started, it runs until a reset by its own timeout, by the reset pin, or by a low supply voltage. The watchdog
+//! resets the chip two cycles of the 32.768 kHz clock after its time is over. The model supports only the settings
+//! after a reset: one reload request, running while the CPU sleeps, and pausing while a debugger halts the CPU. The
+//! event TIMEOUT is not modelled.
 
 use crate::CYCLES_PER_SECOND;
 use crate::line::SerialLine;
@@ -60,7 +61,7 @@ impl Peripheral for Watchdog {
             // "Can only be changed before the watchdog is started." Later writes have no effect.
             (CRV | RREN, Some(_)) | (RR0, None) => {}
             (RR0, Some(bites_at)) => {
-                // In the last two cycles, a reload request comes too late.
+                // In the last two cycles of the 32.768 kHz clock before the reset, a reload request comes too late.
                 if value == RELOAD && context.now + low_frequency(2) < bites_at {
                     self.reload(context.now);
                 }

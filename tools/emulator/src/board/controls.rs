@@ -14,7 +14,7 @@ use crate::watchdog::WATCHDOG;
 use crate::{Error, Result};
 
 impl Board {
-    /// Changes the line or its sender: baud rate, parity, noise.
+    /// Changes the line or its sender: baud rate, symbols, noise.
     pub fn line<T>(&mut self, change: impl FnOnce(&mut SerialLine) -> T) -> T {
         self.shared.touched.store(true, Relaxed);
         change(&mut self.shared.chip().context.line)
@@ -71,7 +71,7 @@ impl Board {
     }
 
     /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
-    /// the watchdog pauses unless WDT.CONFIG.HALT is 1.
+    /// the watchdog pauses. On silicon it would run on if WDT.CONFIG.HALT is 1, which is not modelled.
     pub fn halt_for(&mut self, cycles: u64) {
         self.shared.chip().unit(WATCHDOG).pause(cycles);
         self.shared.touched.store(true, Relaxed);

@@ -31,7 +31,7 @@ struct Transfer {
 }
 
 impl Transfer {
-    /// Returns a transfer of the buffer that the registers PTR, at this offset, and MAXCNT describe.
+    /// Returns a transfer of the buffer that PTR and MAXCNT describe. `pointer` is the offset of PTR.
     fn of(common: &Common, pointer: u32) -> Self {
         Self {
             pointer: common[pointer],

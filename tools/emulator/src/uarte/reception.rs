@@ -33,7 +33,7 @@ const WRONG_PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// The time for which the receiver runs on after STOPRX, in bits. It takes up to four more bytes in this time.
+/// The time for which the receiver runs on after STOPRX, in bits. It is the length of five bytes.
 const STOP_AFTER: u64 = 50;
 
 #[derive(Debug)]
@@ -128,7 +128,7 @@ impl Reception {
         Ok(())
     }
 
-    /// Lets the receiver stop after some time.
+    /// Handles STOPRX: schedules RXTO and the receiver's stop.
     fn stop(&mut self, context: &mut Context) {
         if self.runs() && self.off_from.is_none() {
             let assumptions = context.assumptions;

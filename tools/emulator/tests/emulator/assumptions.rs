@@ -1,4 +1,5 @@
-//! Tests of the slower core and of the lists of assumptions. The scripts test all other assumptions.
+//! Tests of the assumption `slowness`, and of [`Assumptions::each`] and [`Assumptions::mixed`]. The scripts test all
+//! other assumptions except `dma_lag`.
 
 use crate::board::ticking;
 use crate::boards::*;
@@ -42,7 +43,7 @@ fn a_slow_core_is_awake_for_longer_and_wakes_as_often() {
     assert!(awake_when_slow.abs_diff(3 * awake) < 10);
 }
 
-/// A mix of assumptions is the same each time, and each deviation occurs in some mixes, but not in all.
+/// The same seed gives the same mix of assumptions. Each field deviates in some mixes, but not in all.
 #[test]
 fn assumptions_come_one_by_one_and_mixed() {
     let fields = |assumptions: &Assumptions| {

@@ -10,7 +10,7 @@ const NVIC_ISER0: u32 = 0xE000_E100;
 /// TIMER0 is interrupt 8.
 const TIMER0_EXCEPTION: u16 = 16 + 8;
 
-/// Enables TIMER0's interrupt and sleeps forever.
+/// Returns code that enables TIMER0's interrupt and then sleeps forever.
 fn sleep_until_timer0() -> Vec<u16> {
     [&store(NVIC_ISER0, 1 << 8)[..], &SLEEP].concat()
 }
@@ -29,8 +29,7 @@ fn variable(name: &str, address: u32, size: u32) -> Symbol {
     }
 }
 
-/// Returns a board with TIMER0 ticking every 100 us. Its handler clears COMPARE[0] and counts in
-/// RAM.
+/// Returns a board with TIMER0 ticking every 100 us. The interrupt handler clears COMPARE[0] and counts in RAM.
 fn ticking_in(main: &[u16]) -> Board {
     let mut handler = load(0, COMPARE0).to_vec();
     handler.push(0x2100); // movs r1, #0
@@ -195,7 +194,7 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     assert_eq!(error.to_string(), expected);
 }
 
-/// Writing to flash is a fault, too.
+/// An undefined instruction and a write to flash cause faults.
 #[test]
 fn a_fault_ends_the_emulation_with_its_status() {
     let undefined = vec![0xDE00]; // udf

@@ -62,7 +62,7 @@ fn a_file_that_is_no_elf_is_refused() {
     assert!(!output.status.success());
 }
 
-/// Returns an ELF that requests a reset when seven bytes have arrived. Every reset begins again.
+/// Returns an ELF that requests a reset when seven bytes have arrived. After the reset, the program starts again.
 fn resets_after_seven_bytes() -> Vec<u8> {
     // ldr r4, =table; 1: ldmia r4!, {r0, r1}; cmp r0, #0; beq 2f; str r1, [r0]; b 1b
     // 2: ldr r0, =ENDRX; 3: ldr r1, [r0]; cmp r1, #0; beq 3b

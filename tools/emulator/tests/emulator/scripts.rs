@@ -31,7 +31,7 @@ impl Scripts {
         all
     }
 
-    /// Returns a sum of names and numbers.
+    /// Returns the value of a sum of names and numbers.
     fn number(&self, text: &str) -> u32 {
         let term = |term: &str| {
             let hex = term
