@@ -146,8 +146,8 @@ where
     occurred.count_all(&with_pauses.1);
 }
 
-/// Returns the reader's expected answers and the expected counters. The last two answers are those
-/// at the end of the source. If there are pauses, the line pauses after each slice.
+/// Returns the reader's expected answers and the expected counters. The last two answers are `Ok(None)`, because a read
+/// at the end of the stream returns this each time. If there are pauses, the line pauses after each slice.
 fn expected<F: NaiveFormat>(steps: &[StreamStep], pauses: bool) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();

@@ -20,7 +20,7 @@ pub enum StreamStep {
 }
 
 impl Stream {
-    /// Returns the bytes between one line event and the next.
+    /// Returns the bytes before, between and after the line events, one vector for each part.
     pub(crate) fn stretches(&self) -> impl Iterator<Item = Vec<u8>> {
         let stretches = self.0.split(|step| matches!(step, StreamStep::Event(_)));
         stretches.map(bytes_of)

@@ -1,4 +1,4 @@
-//! Tests random layouts on one line whose frames begin alike, against the interpreter of layouts.
+//! Tests two or three random layouts on one line against the interpreter of layouts. Many of their frames begin alike.
 
 use framelock::Classification::{self, Frame, Incomplete, Rejected};
 use framelock::{DiscardReason, Format as _, LineEvent};
