@@ -76,10 +76,10 @@ mod tests {
 
     use super::*;
 
-    /// The emulator's report. A test of the firmware compares it with the emulator.
+    /// The guide, which contains the emulator's report. A test of the firmware compares this report with the emulator.
     const GUIDE: &str = include_str!("../../../docs/board.md");
 
-    /// Returns the report as probe-rs shows it, with a change of one text.
+    /// Returns the report as probe-rs shows it, in which `new` replaces `text`.
     fn pasted(text: &str, new: &str) -> String {
         let report = lines(GUIDE)
             .unwrap()

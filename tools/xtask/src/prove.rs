@@ -122,7 +122,7 @@ fn report(answers: &[Answer]) -> bool {
     failed.is_empty()
 }
 
-/// An available engine, and the sources that it checks.
+/// An engine, and the sources that it checks.
 #[derive(Clone)]
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
@@ -241,7 +241,7 @@ impl Prover {
         if self.packages.contains(&C_PROOFS) {
             command.arg("--c").arg(self.root.join(C_FOLDER));
         }
-        // Each harness has a limit of its own.
+        // This command needs no time limit, because each harness has one.
         let output = command.stderr(Stdio::inherit()).output()?;
         ensure!(
             !output.stdout.is_empty(),
