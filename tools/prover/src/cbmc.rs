@@ -131,8 +131,8 @@ impl Property {
         self.status == Status::Failure
     }
 
-    /// Returns the description. If it only names a function that panics, the source line follows. If it has no position
-    /// in the sources, the position in the checked program follows.
+    /// Returns the description. If the description only names a function that panics, the source line follows. If the
+    /// description contains no position in the sources, the position in the checked program follows.
     fn says(&self) -> String {
         let Self {
             description,

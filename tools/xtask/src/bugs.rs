@@ -32,7 +32,8 @@ const CHECKED: &str = "framelock-checked-harnesses";
 /// The most copies of the sources in which bugs are checked at the same time. Each copy has up to 2 GB of build results,
 /// and the check of a harness takes up to 3 GB of memory.
 const MOST_COPIES: usize = 4;
-/// The `test` of the bugs that the proof of the machine code must find. As an argument, this name selects these bugs.
+/// The value of `test` for the bugs that the proof of the machine code must find. As an argument, this name selects these
+/// bugs.
 const MACHINE_CODE: &str = "machine-code";
 
 /// Put each seeded bug alone into a copy of the sources, and check that it is caught
@@ -163,8 +164,8 @@ impl Bug {
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 
-    /// Puts the bug into the prover's copy of the sources, and runs its check. Returns a line for each harness or test
-    /// that has not noticed the bug.
+    /// Puts the bug into the prover's copy of the sources, and runs the bug's check. Returns a line for each harness or
+    /// test that has not noticed the bug.
     fn check_in(&self, workspace: &Workspace, mut prover: Prover) -> Result<Vec<String>> {
         let mistake = &self.mistake;
         println!("\n=== {mistake} ===");

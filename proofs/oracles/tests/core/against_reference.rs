@@ -64,7 +64,7 @@ fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(part, 0..longest).prop_map(|parts| parts.concat())
 }
 
-/// Generates any slices, with any line events between them.
+/// Generates slices of such streams, with line events between some of them.
 fn steps() -> impl Strategy<Value = Vec<StreamStep>> {
     let event = prop::sample::select(vec![
         LineEvent::Framing,

@@ -1,4 +1,4 @@
-//! Packets between delimiters on a faulty line, against the naive definition.
+//! Tests the receiver of packets against the naive definition, on a faulty line.
 
 use framelock::{LineEvent, Stuffing};
 use framelock_oracles::{

@@ -130,10 +130,11 @@ fn messages(random: &mut ChaCha8Rng, at: usize) -> Messages<'static> {
     Messages { number, known }
 }
 
-/// The ranges of a content, and other terminators.
+/// The ranges of the content's bytes, and other terminators.
 type Content = (&'static [(u8, u8)], [Patterns<'static>; 2]);
 
-/// Returns a content, and 0 to 4 other terminators, of up to two lengths that differ from the terminator's.
+/// Returns ranges of content bytes, and 0 to 4 other terminators. These have up to two lengths, which differ from
+/// `terminator`, the length of the terminators proper.
 fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     let ranges: [&[(u8, u8)]; 3] = [
         &[(b' ', b'~')],

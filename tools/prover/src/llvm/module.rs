@@ -31,7 +31,7 @@ pub(crate) struct Function {
 #[derive(Debug)]
 pub(crate) struct Block {
     pub(crate) label: String,
-    /// The statements. The last one determines the next block.
+    /// The statements. The last statement determines the next block.
     pub(crate) statements: Vec<Statement>,
 }
 

@@ -50,7 +50,7 @@ pub fn any_where<T: Arbitrary, F: FnOnce(&T) -> bool>(condition: F) -> T {
     value
 }
 
-/// Ignores executions in which the condition is false from here on.
+/// From here on, ignores executions in which the condition is false.
 #[inline]
 pub fn assume(condition: bool) {
     undecided::assume(condition);
