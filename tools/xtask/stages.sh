@@ -394,8 +394,8 @@ random() {
 #= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
 bugs() { cargo xtask bugs; }
 
-# Checks the changes with the tests of the core and of the formats, also those against the reference. With the harnesses,
-# the check takes most of a day: see proofs/README.md.
+# Checks the changes with the tests of the core and of the formats, also those against the reference. With the
+# harnesses, the check takes most of a day: see proofs/README.md.
 #= mutants (--all): some test notices each small change of the core, layouts and checksums (hours)
 mutants() {
     cargo_tool cargo-mutants 27.1.0

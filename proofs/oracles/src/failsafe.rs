@@ -63,8 +63,8 @@ const ERRORS: [(&str, FailsafeError); 8] = [
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
     /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, the times and the
-    /// number of frames are raised, so that the parameters rarely contradict each other. After the times come the number
-    /// of frames, park, the clock and the steps.
+    /// number of frames are raised, so that the parameters rarely contradict each other. After the times come the
+    /// number of frames, park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let flags = u8::arbitrary(u)?;
         let has = |bit: u32| flags >> bit & 1 == 1;
@@ -126,10 +126,10 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also checks
-/// the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no axis
-/// moves in a hold or while parked, and an approach and the way to park end within the stated times. Uses three axes of
-/// eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also
+/// checks the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no
+/// axis moves in a hold or while parked, and an approach and the way to park end within the stated times. Uses three
+/// axes of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Counts the errors, the phases, the counters and some special cases.
 ///

@@ -103,8 +103,8 @@ fn reference<F: Format>(
 /// Checks that receivers of the format, with a buffer of this size, find and count the same as the reference with the
 /// format `naive`. One receiver gets the slices of the stream by `feed`, another gets every byte by `push`, and a third
 /// gets the slices in several ways. `questions` returns how many classifications the receivers have asked for since the
-/// last call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and line
-/// events reach the third receiver. Returns the counters.
+/// last call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and
+/// line events reach the third receiver. Returns the counters.
 pub(crate) fn as_the_reference<F>(
     format: impl Fn() -> F,
     buffer: usize,
@@ -233,9 +233,9 @@ const STATES: [&str; 10] = [
     "a line event ends a frame",
 ];
 
-/// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. A frame may come late,
-/// but at most by the number of bytes by which it is shorter than the longest frame. Checks this, and that each byte
-/// causes at most one classification. Returns the frames, and how many of them come late.
+/// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. A frame may come
+/// late, but at most by the number of bytes by which it is shorter than the longest frame. Checks this, and that each
+/// byte causes at most one classification. Returns the frames, and how many of them come late.
 fn push<F>(
     line: &mut Line<BufferedReceiver<F, Vec<u8>>>,
     bytes: &[u8],
@@ -283,8 +283,8 @@ where
     frames
 }
 
-/// Gives a slice to the line in one of three ways. The slice's first byte chooses the way. Returns the way's number. Only
-/// pushing may leave bytes undecided.
+/// Gives a slice to the line in one of three ways. The slice's first byte chooses the way. Returns the way's number.
+/// Only pushing may leave bytes undecided.
 fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) -> usize {
     let way = usize::from(slice.first().map_or(2, |first| first % 3));
     match way {

@@ -9,9 +9,10 @@ use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
 /// Returns the bytes that arrive if the frame has one fault: one bit is inverted, a byte is lost, added, doubled or
-/// moved, or only the frame's beginning or end arrives. A few choices leave the frame intact: a byte may be moved to its
-/// old position, or the end that arrives may be the whole frame. `choose` chooses a number below its argument: first the
-/// position of the fault, then its kind, and then the wrong bit, the added byte or the new position of a moved byte.
+/// moved, or only the frame's beginning or end arrives. A few choices leave the frame intact: a byte may be moved to
+/// its old position, or the end that arrives may be the whole frame. `choose` chooses a number below its argument:
+/// first the position of the fault, then its kind, and then the wrong bit, the added byte or the new position of a
+/// moved byte.
 ///
 /// # Panics
 /// Panics if the frame is empty.
@@ -33,8 +34,8 @@ pub fn broken(frame: &[u8], mut choose: impl FnMut(usize) -> usize) -> Vec<u8> {
     bytes
 }
 
-/// Returns the bytes that arrive on a faulty line. All frames arrive intact. Before some of them, a broken copy or noise
-/// arrives. The noise contains many bytes of the frames. After the frames, another broken copy arrives.
+/// Returns the bytes that arrive on a faulty line. All frames arrive intact. Before some of them, a broken copy or
+/// noise arrives. The noise contains many bytes of the frames. After the frames, another broken copy arrives.
 pub fn faulty(frames: &[Vec<u8>], random: &mut impl Rng) -> Vec<u8> {
     let mut bytes = Vec::new();
     for frame in frames {

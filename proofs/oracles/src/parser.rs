@@ -21,8 +21,8 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// must be counted once. For BIN and BIN-CRC8, a [`BufferedReceiver`] must deliver the same frames and have the same
 /// counters.
 ///
-/// Counts the outcomes, and the ways in which slices reach a line with pending bytes. Returns the counters of BIN, of the
-/// lecture's machine and of BIN-CRC8.
+/// Counts the outcomes, and the ways in which slices reach a line with pending bytes. Returns the counters of BIN, of
+/// the lecture's machine and of BIN-CRC8.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
@@ -117,8 +117,8 @@ where
 }
 
 /// Checks that a [`BufferedReceiver`] of the layout delivers the same frames as the [`Receiver`] of the format, and has
-/// the same counters after each line event and at the end. One `BufferedReceiver` gets the slices by `feed`, and another
-/// gets every byte by `push`.
+/// the same counters after each line event and at the end. One `BufferedReceiver` gets the slices by `feed`, and
+/// another gets every byte by `push`.
 fn buffered_receiver_does_the_same<F>(
     layout: &'static [CheckedLayout<'static>; 1],
     Stream(steps): &Stream,

@@ -348,8 +348,8 @@ impl Run<'_> {
 }
 
 /// Returns the properties in CBMC's output in plain text. In JSON, CBMC would also write an execution for each cover. A
-/// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. A line such as `FILE function f` names the
-/// file of the properties that follow.
+/// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. A line such as `FILE function f` names
+/// the file of the properties that follow.
 fn read(said: &str) -> Result<Vec<Property>> {
     let unchecked = || format!("CBMC did not check the program: {said}");
     let (_, results) = said.split_once("** Results:\n").with_context(unchecked)?;

@@ -1,7 +1,7 @@
 //! `cargo xtask bugs`: puts each mistake alone into a copy of the workspace, and checks that it is noticed. For each
-//! mistake, a file lists the harnesses or the test that must fail. A harness that no mistake breaks proves nothing. Some
-//! mistakes make a sentence of the documentation false. If no check noticed such a mistake, nothing would ensure that the
-//! sentence is true.
+//! mistake, a file lists the harnesses or the test that must fail. A harness that no mistake breaks proves nothing.
+//! Some mistakes make a sentence of the documentation false. If no check noticed such a mistake, nothing would ensure
+//! that the sentence is true.
 //!
 //! A few copies are checked at the same time, so the outputs of the checks mix. Each check ends with a line that names
 //! its mistake.
@@ -29,11 +29,11 @@ const OF_C: &str = "c/seeded-bugs.toml";
 const PLANTED: &str = "proofs/planted-mistakes.toml";
 /// The package with harnesses that test the prover: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
-/// The most copies of the sources in which bugs are checked at the same time. Each copy has up to 2 GB of build results,
-/// and the check of a harness takes up to 3 GB of memory.
+/// The most copies of the sources in which bugs are checked at the same time. Each copy has up to 2 GB of build
+/// results, and the check of a harness takes up to 3 GB of memory.
 const MOST_COPIES: usize = 4;
-/// The value of `test` for the bugs that the proof of the machine code must find. As an argument, this name selects these
-/// bugs.
+/// The value of `test` for the bugs that the proof of the machine code must find. As an argument, this name selects
+/// these bugs.
 const MACHINE_CODE: &str = "machine-code";
 
 /// Put each seeded bug alone into a copy of the sources, and check that it is caught

@@ -63,7 +63,8 @@ fn every_format() {
 
 /// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a
 /// pause after each frame, too. Asserts that each frame is delivered, unless it shares bytes with a delivered frame
-/// that begins earlier or at the same byte. Returns the number of frames that are delivered, and the number of the others.
+/// that begins earlier or at the same byte. Returns the number of frames that are delivered, and the number of the
+/// others.
 pub(crate) fn whole_frames_are_delivered(
     layouts: &[CheckedLayout],
     frames: &[Vec<u8>],

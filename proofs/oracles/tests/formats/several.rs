@@ -13,8 +13,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::against_reference::whole_frames_are_delivered;
 
-/// Returns a random layout of short frames, or `None` if its parts contradict each other. The frames of most layouts begin
-/// with `$`.
+/// Returns a random layout of short frames, or `None` if its parts contradict each other. The frames of most layouts
+/// begin with `$`.
 fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     const KNOWN: &[KnownMessage] = &[
         KnownMessage::new(b'1' as u32),

@@ -1,7 +1,7 @@
 //! Stands in for Kani's library where Kani is not set up.
 //!
-//! The crate contains the part of Kani's interface that harnesses use, with Kani's meaning. Only the offline prover gives
-//! it to the compiler, as the crate `kani`. `cargo kani` never uses it.
+//! The crate contains the part of Kani's interface that harnesses use, with Kani's meaning. Only the offline prover
+//! gives it to the compiler, as the crate `kani`. `cargo kani` never uses it.
 //!
 //! These functions are only declared here. The offline prover interprets them:
 //!
