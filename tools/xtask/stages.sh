@@ -11,14 +11,15 @@ target=${TARGET:-$PWD/target}
 # variable could also select clippy, but programs that cargo runs would inherit it.
 lint="--config build.rustc-workspace-wrapper='clippy-driver'"
 export CLIPPY_ARGS=-Dwarnings
-# All packages except the one whose browser driver takes long to compile. All stages pass these packages to cargo,
-# because the packages determine the features of common dependencies. With other packages, cargo would compile these
-# dependencies again. Clippy compiles the tests, so that they need not be compiled again to run.
+# All packages except the one whose browser driver takes long to compile. Most stages that run tests pass these packages
+# to cargo, because the packages determine the features of common dependencies. With other packages, cargo would compile
+# these dependencies again. Clippy compiles the tests, so that they need not be compiled again to run.
 everything="--workspace --all-features --exclude framelock-web-browser $lint"
 published="--package framelock --package framelock-formats"
 documented="$published --package framelock-proofs --package framelock-receiving --package framelock-simulation"
 
-# Runs tests. `cargo xtask verify` checks that at least one test runs after each of these lines.
+# Announces a command that runs tests, and runs it. `cargo xtask verify` checks that at least one test runs after each
+# announcement.
 tests_of() { echo "tests: $*"; "$@"; }
 
 #= format: the sources are formatted by rustfmt
@@ -170,7 +171,7 @@ archives() {
     ls "$archives"/*
 }
 
-# Builds the firmware of the sources in a folder. Shares the dependencies with the images.
+# Builds the firmware from the sources in a folder. Uses the dependencies that were built for the images.
 build_settings() (
     bare_metal $chip
     cd "$1/firmware"
@@ -183,7 +184,7 @@ firmware() {
     cargo xtask contradictions
 }
 
-# Tests the images in a folder with the sources in another, and with options for the tests.
+# Tests the images in a folder. Further arguments are options for the tests.
 emulated_in() {
     export FRAMELOCK_IMAGES="$1"
     shift
@@ -249,7 +250,8 @@ c_proofs() { cargo xtask prove --c; }
 #= prover (--all): the offline prover refutes what must fail, and leaves no process running
 prover() { tests_of cargo test --package framelock-offline-prover -- --ignored; }
 
-# Proves the step in images of the sources in a folder, which are built into a folder.
+# Builds the images with these names from the sources in a folder, into a folder. Then proves the receiver's step in the
+# machine code of these images.
 machine_code_of() {
     python_with $(sed '/^#/d' proofs/machine-code/requirements.txt)
     sources=$1 built=$2
@@ -353,8 +355,8 @@ licences() {
     done
 }
 
-# Compiles the page's machines, generates the script that calls them, and writes the page. The version must equal that
-# of the library in host/web/Cargo.toml.
+# Compiles the page's machines, generates the script that calls them, and writes the page. The version of
+# wasm-bindgen-cli must equal the version of wasm-bindgen in host/web/Cargo.toml.
 page() {
     wasm=wasm32-unknown-unknown
     echo "Compiles the page to WebAssembly, in about a minute. The first build also downloads a target (20 MB) and"
@@ -392,8 +394,8 @@ random() {
 #= bugs (--all): seeded bugs break every harness and every rule of the firmware, and planted mistakes their checks
 bugs() { cargo xtask bugs; }
 
-# The tests of the core and the formats, also those against the reference. The harnesses take most of a day: see
-# proofs/README.md.
+# Checks the changes with the tests of the core and of the formats, also those against the reference. With the
+# harnesses, the check takes most of a day: see proofs/README.md.
 #= mutants (--all): some test notices each small change of the core, layouts and checksums (hours)
 mutants() {
     cargo_tool cargo-mutants 27.1.0

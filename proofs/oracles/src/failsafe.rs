@@ -27,7 +27,7 @@ pub enum ScheduleStep {
     Frame([u8; 3]),
 }
 
-/// Special cases in a schedule, in which the promises must hold, too.
+/// The names of special cases, which are counted. The checks of the outputs must hold in these cases, too.
 const CASES: [&str; 7] = [
     "the clock goes back while live",
     "a late poll with a frame while live",
@@ -62,9 +62,9 @@ const ERRORS: [(&str, FailsafeError); 8] = [
 
 impl<'a> Arbitrary<'a> for Schedule {
     /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
-    /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, each time is added
-    /// to its least value, so that the parameters do not contradict each other. After the times come the number of
-    /// frames, park, the clock and the steps.
+    /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, the times and the
+    /// number of frames are raised, so that the parameters rarely contradict each other. After the times come the
+    /// number of frames, park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let flags = u8::arbitrary(u)?;
         let has = |bit: u32| flags >> bit & 1 == 1;
@@ -126,10 +126,10 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters give an error, and that the output always equals the model's output. From the
-/// outputs alone, also checks the promises to users: two consecutive outputs differ by at most the bound, an axis moves
-/// only in its phases, and every axis is at park, or live, within the stated time. Uses three axes of eight bits, and
-/// also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also
+/// checks the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no
+/// axis moves in a hold or while parked, and an approach and the way to park end within the stated times. Uses three
+/// axes of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Counts the errors, the phases, the counters and some special cases.
 ///
@@ -192,7 +192,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     occurred: &mut Occurred,
 ) {
     let most_per_poll = model.parameters.most_per_poll();
-    // A quarter of the travel, rounded up.
+    // The bound is at most a quarter of the travel, rounded up.
     assert!(
         u64::from(most_per_poll) * 4 <= (1 << 32) / model.unit,
         "{schedule:?}"
@@ -293,7 +293,8 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     occurred.count("slow frame", model.slow_frames);
 }
 
-/// Checks that every axis is at park in the stated time if no frames come, whatever the outputs were.
+/// Checks that every axis is at park in the stated time if no frames come, whatever the outputs were. Checks nothing if
+/// this would take 2000 polls or more.
 fn parks_in_time<D: Demand, const AXES: usize>(
     mut failsafe: Failsafe<D, AXES>,
     mut clock: u32,
@@ -317,10 +318,10 @@ fn parks_in_time<D: Demand, const AXES: usize>(
     );
 }
 
-/// A model of the protocol's rules, whose time does not wrap.
+/// A model of the protocol's rules. The model's time does not wrap.
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
-    /// One unit of demand. Positions are in 2^-32 of the range of demands.
+    /// The difference between the positions of two consecutive demands. A position counts 2^-32 of the demands' range.
     unit: u64,
     now: u64,
     /// The times of the polls that took frames, since the last silence.
@@ -328,7 +329,7 @@ struct Model<D, const AXES: usize> {
     /// The time of the last poll that took a frame.
     last_frame: Option<u64>,
     slow_frames: u32,
-    /// The time of the last frame that moved the output.
+    /// The time of the last poll that took a frame while the output followed the frames.
     obeyed: Option<u64>,
     approached: u64,
     has_frame: bool,
@@ -381,7 +382,7 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
         self.row.len() >= self.parameters.frames_to_start.into()
     }
 
-    /// Returns how far an axis may move.
+    /// Returns how far an axis may move in this number of ticks, if the whole travel takes `travel` ticks.
     fn way(&self, travel: u32, ticks: u64) -> u64 {
         let most = (1 << 32) - self.unit;
         most / u64::from(travel) * ticks.min(self.parameters.longest_step.into())

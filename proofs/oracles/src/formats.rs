@@ -28,7 +28,7 @@ pub struct ShippedFormat {
     pub check: fn(&Self, &Stream, &mut Occurred) -> Counters,
 }
 
-/// HEARTBEAT, ATTITUDE, and two messages whose payloads may have 255 bytes, the most possible.
+/// Messages of MAVLink: HEARTBEAT, ATTITUDE, and two whose payloads may have 255 bytes, the most possible.
 const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),
@@ -77,8 +77,8 @@ pub const FORMATS: &[ShippedFormat] = shipped! {
     "Modbus RTU", [modbus::LAYOUT], by(modbus::ModbusRtu);
 };
 
-/// Checks that the small [`Receiver`] finds the same frames as the reference, at the same positions. Then checks
-/// receivers of the layout.
+/// Checks that the small [`Receiver`] finds the same frames as the reference, at the same positions. Then [`layouts`]
+/// checks receivers with a buffer.
 fn fixed<F>(
     all: &'static [CheckedLayout<'static>],
     stream: &Stream,
@@ -137,7 +137,7 @@ enum Step {
     Slice(Vec<u8>),
     /// A frame with this content, in slices of this size. If there is a fault, its two bytes choose it.
     Frame(Vec<u8>, Option<[u8; 2]>, u8),
-    /// A line event.
+    /// The line event [`LineEvent::Idle`].
     Silence,
 }
 
@@ -186,7 +186,7 @@ impl Step {
     }
 }
 
-/// Returns a function that chooses by one byte after another, and 0 after the last byte.
+/// Returns a function that uses one byte for each choice. After the last byte, it chooses 0.
 fn chosen_by(bytes: &[u8]) -> impl FnMut(usize) -> usize {
     let mut bytes = bytes.iter();
     move |count| bytes.next().map_or(0, |byte| usize::from(*byte) % count)

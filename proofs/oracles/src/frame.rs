@@ -19,8 +19,8 @@ use crate::layout::{interpret_before, place};
 /// If no frame has this content, returns bytes that are almost a frame.
 ///
 /// # Panics
-/// Panics if sealing does not return whether the bytes are a frame for the [interpreter](interpret), or if sealing
-/// changes bits that the layout does not determine.
+/// Panics if the layout's `seal` and the [interpreter](interpret) disagree about whether the sealed bytes are a frame,
+/// or if `seal` changes bits that the layout does not determine.
 pub fn frame(
     layout: &CheckedLayout,
     content: &[u8],
@@ -109,7 +109,7 @@ pub fn frame(
     {
         let mut other = frame.clone();
         other[place(checksum.at, counted)..][..checksum.encoded_bytes()].make_ascii_lowercase();
-        // A lower-case digit may be a terminator.
+        // A lower-case digit may be a terminator. Then the bytes are no longer this frame.
         if is_whole(layout, &other) {
             frame = other;
         }

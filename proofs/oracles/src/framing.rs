@@ -1,4 +1,4 @@
-//! Target `framing`: formats of any length, lawful and unlawful, and a stream of any bytes.
+//! Target `framing`: random formats, some of which break the laws of [`Format`], and a stream of any bytes.
 
 use std::cell::Cell;
 
@@ -101,10 +101,10 @@ fn reference<F: Format>(
 }
 
 /// Checks that receivers of the format, with a buffer of this size, find and count the same as the reference with the
-/// format `naive`. One receiver gets the slices of the stream by `feed`, another gets every byte by `push`, and a third gets
-/// the slices in several ways. `questions` returns how many classifications the receivers have asked for since the last
-/// call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and line events
-/// reach the third receiver. Returns the counters.
+/// format `naive`. One receiver gets the slices of the stream by `feed`, another gets every byte by `push`, and a third
+/// gets the slices in several ways. `questions` returns how many classifications the receivers have asked for since the
+/// last call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and
+/// line events reach the third receiver. Returns the counters.
 pub(crate) fn as_the_reference<F>(
     format: impl Fn() -> F,
     buffer: usize,
@@ -153,7 +153,7 @@ where
         let ends = ends(&expected);
         let (mut frames, late) = push(&mut pushed, &bytes, &ends, &questions);
         reached[6] += late;
-        // A line event may come after bytes about which `push` has not decided.
+        // Poll only if no line event follows. A line event may come while `push` has left bytes undecided.
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
             frames.extend(polled(&mut pushed));
             assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
@@ -218,8 +218,8 @@ where
     counted.counters
 }
 
-/// The states in which the receiver gets slices, frames and line events. Undecided bytes are those that `push` has left
-/// undecided.
+/// The states of the receiver when slices and line events reach it, and frames that come late. Undecided bytes are
+/// pending bytes about which a `poll` would decide.
 const STATES: [&str; 10] = [
     "pushed while bytes are pending",
     "pushed while bytes are undecided",
@@ -233,9 +233,9 @@ const STATES: [&str; 10] = [
     "a line event ends a frame",
 ];
 
-/// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. Checks that no frame
-/// comes too late, and that each byte causes at most one classification. Returns the frames, and how many of them come
-/// late.
+/// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. A frame may come
+/// late, but at most by the number of bytes by which it is shorter than the longest frame. Checks this, and that each
+/// byte causes at most one classification. Returns the frames, and how many of them come late.
 fn push<F>(
     line: &mut Line<BufferedReceiver<F, Vec<u8>>>,
     bytes: &[u8],
@@ -283,8 +283,8 @@ where
     frames
 }
 
-/// Gives a slice to the line in one of three ways, which its first byte chooses. Returns the way's number. Only pushing may
-/// leave bytes undecided.
+/// Gives a slice to the line in one of three ways. The slice's first byte chooses the way. Returns the way's number.
+/// Only pushing may leave bytes undecided.
 fn take<F: Format + 'static>(line: &mut Line<BufferedReceiver<F, Vec<u8>>>, slice: &[u8]) -> usize {
     let way = usize::from(slice.first().map_or(2, |first| first % 3));
     match way {
@@ -449,9 +449,9 @@ impl<const LONGEST: usize> Format for Drawn<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = &'a [u8];
 
-    /// Classifies the bytes. A lawful format draws a classification for the first byte. As long as
-    /// the result is incomplete, the format draws again for the number of bytes that the result
-    /// asks for.
+    /// Classifies the bytes. A lawful format draws a classification for the first byte. If the result asks for more
+    /// bytes and they are there, the format draws again for that many bytes, and so on. An unlawful format draws once,
+    /// for all bytes.
     fn classify(&self, bytes: &[u8]) -> Classification {
         let mut known = if self.is_lawful { 1 } else { bytes.len() };
         loop {

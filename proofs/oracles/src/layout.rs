@@ -121,7 +121,8 @@ impl Format for Interpreted<'_> {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// Returns a greater number for a reason that is found later in the frame, and the greatest for other classifications.
+/// Returns a greater number for a reason that is found later in the frame, and the greatest number for a frame and for
+/// incomplete bytes.
 fn order(classification: &Classification) -> u8 {
     match classification {
         Rejected(DiscardReason::NoSync) => 0,
@@ -394,7 +395,7 @@ fn is_right(checksum: &Checksum, frame: &[u8], counted: usize, extra: Option<u8>
     stored == (computed ^ u64::from(checksum.xor_out)) & bits
 }
 
-/// Computes a CRC bit by bit, as the catalogue defines it.
+/// Computes a CRC bit by bit, as catalogues of CRCs define it.
 fn remainder(crc: &Crc, bytes: &[u8]) -> u64 {
     let (width, mut register) = (crc.width, u64::from(crc.initial));
     for &byte in bytes {

@@ -50,8 +50,8 @@ use arbitrary::{Arbitrary, Unstructured};
 /// bytes are too few for an input.
 pub type Target = fn(&[u8], &mut Occurred);
 
-/// All targets by name, except `description`. This target needs the code of descriptions, so only the tests of
-/// descriptions run it.
+/// All targets by name, except `description`. The target `description` needs the code of descriptions, so only the
+/// tests of descriptions run it.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
         structured(bytes, |input| {

@@ -9,8 +9,10 @@ use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
 /// Returns the bytes that arrive if the frame has one fault: one bit is inverted, a byte is lost, added, doubled or
-/// moved, or only the frame's beginning or end arrives. `choose` chooses a number below its argument: first the
-/// position of the fault, then the fault, and then the wrong bit, the added byte or the new position of a moved byte.
+/// moved, or only the frame's beginning or end arrives. A few choices leave the frame intact: a byte may be moved to
+/// its old position, or the end that arrives may be the whole frame. `choose` chooses a number below its argument:
+/// first the position of the fault, then its kind, and then the wrong bit, the added byte or the new position of a
+/// moved byte.
 ///
 /// # Panics
 /// Panics if the frame is empty.
@@ -32,8 +34,8 @@ pub fn broken(frame: &[u8], mut choose: impl FnMut(usize) -> usize) -> Vec<u8> {
     bytes
 }
 
-/// Returns the bytes that arrive on a faulty line. All frames arrive intact. Before some of them, there is a broken copy
-/// or noise. The noise contains many bytes of the frames. After the frames, there is another broken copy.
+/// Returns the bytes that arrive on a faulty line. All frames arrive intact. Before some of them, a broken copy or
+/// noise arrives. The noise contains many bytes of the frames. After the frames, another broken copy arrives.
 pub fn faulty(frames: &[Vec<u8>], random: &mut impl Rng) -> Vec<u8> {
     let mut bytes = Vec::new();
     for frame in frames {
@@ -79,8 +81,8 @@ pub struct FaultRates {
     pub flip: f64,
 }
 
-/// A line that loses and alters bytes, as USB adapters and full buffers do. Receivers get no report of these faults. The
-/// faults depend only on the seed and the rates.
+/// A line that loses bytes, as full buffers do, and inverts bits. Receivers get no report of these faults. The faults
+/// depend only on the seed and the rates.
 #[derive(Debug)]
 pub struct ByteFaults {
     drops: Occurrences,
@@ -121,7 +123,7 @@ impl ByteFaults {
 mod tests {
     use super::*;
 
-    /// Sends many zero bytes. For each, returns the byte that arrives, or `None` if it is lost.
+    /// Sends many zero bytes. For each of them, returns the byte that arrives, or `None` if it is lost.
     fn carried(drop: f64, flip: f64, seed: u64) -> Vec<Option<u8>> {
         let mut faults = ByteFaults::new(FaultRates { drop, flip }, Seed { seed, trial: 0 });
         (0..10_000).map(|_| faults.carry(0)).collect()

@@ -179,8 +179,8 @@ impl Packets {
         }
     }
 
-    /// Splits the stream at the delimiters and the line events. A part is a packet if a delimiter stands before it, with
-    /// at most pauses between them.
+    /// Splits the stream at the delimiters and the line events. A part can be a packet only if a delimiter precedes it,
+    /// with at most pauses in between.
     fn delimited(&self, items: &[Item]) -> Vec<Delivery> {
         let is_delimiter = |item: Item| match self.stuffing {
             Stuffing::Escape { delimiter, .. } => item == Item::Byte(delimiter),
@@ -188,7 +188,7 @@ impl Packets {
             _ => item == Item::Event(LineEvent::Break),
         };
         let mut deliveries = Vec::new();
-        // The number of received bytes that belong to the next packet, if a delimiter stands before it.
+        // How many bytes before the next part count as bytes of its packet. `None` if no delimiter precedes the part.
         let mut before = None;
         let mut from = 0;
         while from < items.len() {
@@ -255,7 +255,7 @@ impl Packets {
             }
     }
 
-    /// Tries each beginning in turn. Skips those inside delivered packets.
+    /// Looks for a packet at each position in turn, except inside delivered packets.
     fn framed(&self, items: &[Item], escape: u8, start: Option<u8>, end: u8) -> Vec<Delivery> {
         let mut deliveries = Vec::new();
         let mut from = 0;

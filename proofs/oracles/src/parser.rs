@@ -15,13 +15,14 @@ use framelock_proofs::reference::{self, NaiveFormat};
 use crate::outcome::{Counted, Occurred, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// Checks that every machine reports the same as the reference: the frames, their positions, the discarded bytes and
-/// the reasons. Pushed bytes and fed slices must give the same result, wherever the stream is cut. No frame may contain
-/// bytes from both sides of a line event. Every byte and every event must be counted once. For the formats of fixed
-/// length, a [`BufferedReceiver`] must deliver the same frames and have the same counters.
+/// Checks that the receivers of BIN and BIN-CRC8, and the lecture's machine, report the same as the reference: the
+/// frames, their positions, the discarded bytes and the reasons. Pushed bytes and fed slices must give the same result,
+/// wherever the stream is cut. No frame may contain bytes from both sides of a line event. Every byte and every event
+/// must be counted once. For BIN and BIN-CRC8, a [`BufferedReceiver`] must deliver the same frames and have the same
+/// counters.
 ///
-/// Counts the machines' outcomes and the ways in which slices reach a line with pending bytes. Returns the counters of each
-/// machine.
+/// Counts the outcomes, and the ways in which slices reach a line with pending bytes. Returns the counters of BIN, of
+/// the lecture's machine and of BIN-CRC8.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
@@ -35,7 +36,7 @@ pub fn parser(stream: &Stream, occurred: &mut Occurred) -> [Counters; 3] {
     ]
 }
 
-/// A machine whose messages are setpoints.
+/// A parser whose messages are setpoints.
 pub(crate) trait OfSetpoints:
     for<'a> Parser<Message<'a> = Setpoint> + Default + 'static
 {
@@ -51,7 +52,7 @@ where
     // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
     // byte.
     let mut line = Line::new(P::default());
-    // How many slices of each way have come while bytes were pending.
+    // The number of slices that came while bytes were pending, for each way.
     let mut ways = [0_u32; 3];
     let mut counted = Counted::default();
     // After a line event, the rest is a new stream.
@@ -115,9 +116,9 @@ where
     counted.counters
 }
 
-/// Checks that a receiver of the layout delivers the same frames as the receiver of the format, and has the same counters
-/// after each line event and at the end. One receiver of the layout gets the slices by `feed`, and another gets every byte
-/// by `push`.
+/// Checks that a [`BufferedReceiver`] of the layout delivers the same frames as the [`Receiver`] of the format, and has
+/// the same counters after each line event and at the end. One `BufferedReceiver` gets the slices by `feed`, and
+/// another gets every byte by `push`.
 fn buffered_receiver_does_the_same<F>(
     layout: &'static [CheckedLayout<'static>; 1],
     Stream(steps): &Stream,
@@ -161,7 +162,7 @@ fn buffered_receiver_does_the_same<F>(
 }
 
 /// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each frame comes with its
-/// last byte and that always fewer bytes are pending than a frame has.
+/// last byte, and that the pending bytes are always fewer than the bytes of a frame.
 fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
 where
     P: OfSetpoints + PartialEq + Debug,

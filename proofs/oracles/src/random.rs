@@ -3,8 +3,8 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The purpose of random numbers. Each purpose has a generator of its own, so that more faults of
-/// one kind change neither the other faults nor the frames sent. The numbers never change, so that a seed gives the
+/// The purpose of random numbers. Each purpose has a generator of its own, so that more faults of one kind change
+/// neither the other faults nor the frames sent. Do not change the values of this enum, because a seed must give the
 /// same results in each version.
 #[derive(Clone, Copy, Debug)]
 pub enum Purpose {

@@ -71,9 +71,9 @@ impl embedded_io_async::Read for Driver<'_> {
 /// Checks that the reader returns the reference's setpoints and the driver's errors. The reader must return each
 /// setpoint and each error before it reads another byte. An error must lose no byte. If an error stands for an overrun,
 /// the test reports a line event to the reader, and the reader discards the pending bytes. After other errors, the
-/// bytes stay pending. All this must hold for buffers of different sizes, for the blocking and the async reader, and for
-/// an async reader whose reads are cancelled whenever they wait. A reader that reports pauses must discard the pending
-/// bytes whenever a read waits.
+/// bytes stay pending. All this must hold for buffers of different sizes, for the blocking and the async reader, and
+/// for an async reader whose reads are cancelled whenever they wait. A reader that reports pauses must discard the
+/// pending bytes whenever a read waits.
 ///
 /// Counts the outcomes, the cancelled reads, and the errors between the bytes of a frame.
 ///
@@ -146,8 +146,8 @@ where
     occurred.count_all(&with_pauses.1);
 }
 
-/// Returns the reader's expected answers and the expected counters. The last two answers are those
-/// at the end of the source. If there are pauses, the line pauses after each slice.
+/// Returns the reader's expected answers and the expected counters. The last two answers are `Ok(None)`, because a read
+/// at the end of the stream returns this each time. If there are pauses, the line pauses after each slice.
 fn expected<F: NaiveFormat>(steps: &[StreamStep], pauses: bool) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();

@@ -6,11 +6,11 @@ use framelock::LineEvent;
 
 use crate::rest;
 
-/// The events that reach the parser, in order.
+/// The slices and line events that reach the parser, in order.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Stream(pub Vec<StreamStep>);
 
-/// One event.
+/// A slice, or a line event.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum StreamStep {
     /// These bytes arrive together, as one slice.
@@ -20,7 +20,7 @@ pub enum StreamStep {
 }
 
 impl Stream {
-    /// Returns the bytes between one line event and the next.
+    /// Returns the bytes before, between and after the line events, one vector for each part.
     pub(crate) fn stretches(&self) -> impl Iterator<Item = Vec<u8>> {
         let stretches = self.0.split(|step| matches!(step, StreamStep::Event(_)));
         stretches.map(bytes_of)
@@ -48,7 +48,7 @@ impl<'a> Arbitrary<'a> for Stream {
 }
 
 impl<'a> Arbitrary<'a> for StreamStep {
-    /// The first byte modulo 8 determines the event:
+    /// The first byte modulo 8 determines the step:
     ///
     /// * 0 to 3: a slice. The next byte is its length.
     /// * 4: a slice of equal BIN frames. The first byte divided by 8 is the number of frames, and the next four bytes

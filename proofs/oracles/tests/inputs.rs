@@ -1,5 +1,5 @@
-//! Runs every target on the committed corpora and on random bytes, on stable Rust. So a bug that was found once stays
-//! fixed.
+//! Runs every target on the committed corpora and on random bytes, on stable Rust. So these tests notice a bug that
+//! comes back, if the corpora contain its input.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -47,7 +47,7 @@ fn impossible(target: &str) -> &'static [&'static str] {
     }
 }
 
-/// Replays the corpora, in which each possible outcome and each state that a target compares must occur. Fails with the
+/// Replays the corpora, in which each possible outcome and each state that a target counts must occur. Fails with the
 /// names of the inputs that show a bug.
 #[test]
 fn corpora() {
@@ -106,7 +106,7 @@ fn random_bytes() {
 /// Checks that every fuzzed target is also replayed, and that every corpus belongs to a target.
 #[test]
 fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
-    // The tests of the command line replay `terminal`, and the tests of descriptions replay `description`.
+    // The tests of descriptions replay `description`.
     let names = TARGETS.iter().map(|&(name, _)| name);
     let names: Vec<&str> = names.chain(["description"]).collect();
     let manifest = include_str!("../../../fuzz/Cargo.toml");

@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use shared_child::SharedChild;
 
-/// The usual limit. On an idle computer, no process of a test takes a tenth of this time, so a busy one does not fail.
+/// The usual limit. On an idle computer, no process of a test takes a tenth of this time, so a test rarely fails
+/// because the computer is busy.
 pub const LIMIT: Duration = Duration::from_secs(300);
 
 /// The longest time for which a child of an ended process may keep the process's output open.

@@ -1,4 +1,4 @@
-//! Reads C files, which contain harnesses in C, and functions that harnesses in Rust call.
+//! Reads C files. They contain harnesses in C, and functions in C that harnesses in Rust call.
 //!
 //! A harness in C is a function `void proof_NAME_BOUND(void)`. No loop in the harness may run more than `BOUND - 1`
 //! times. The files declare harnesses with the macro `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an
@@ -25,7 +25,7 @@ pub(crate) struct CFile {
     texts: [String; 2],
 }
 
-/// Reads the C files of a folder, if there is one.
+/// Reads the C files of the folder, if one is given.
 pub(crate) fn read(folder: Option<&Path>) -> Result<Vec<CFile>> {
     let Some(folder) = folder else {
         return Ok(Vec::new());

@@ -131,8 +131,8 @@ impl Property {
         self.status == Status::Failure
     }
 
-    /// Returns the description. If it only names a function that panics, the source line follows. If it has no position
-    /// in the sources, the position in the checked program follows.
+    /// Returns the description. If the description only names a function that panics, the source line follows. If the
+    /// description contains no position in the sources, the position in the checked program follows.
     fn says(&self) -> String {
         let Self {
             description,
@@ -348,8 +348,8 @@ impl Run<'_> {
 }
 
 /// Returns the properties in CBMC's output in plain text. In JSON, CBMC would also write an execution for each cover. A
-/// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. The property's file is named in the last
-/// line before it such as `FILE function f`.
+/// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. A line such as `FILE function f` names
+/// the file of the properties that follow.
 fn read(said: &str) -> Result<Vec<Property>> {
     let unchecked = || format!("CBMC did not check the program: {said}");
     let (_, results) = said.split_once("** Results:\n").with_context(unchecked)?;

@@ -54,7 +54,7 @@ pub(crate) enum Language {
     },
 }
 
-/// Returns all harnesses of the module before optimisation.
+/// Returns all harnesses of the unoptimised module.
 pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     let names = module
         .functions

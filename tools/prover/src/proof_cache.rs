@@ -16,7 +16,7 @@ pub(crate) struct ProofCache {
     pub(crate) cbmc: Cbmc,
     harnesses: PathBuf,
     proofs: PathBuf,
-    /// The hash of this prover and of CBMC. Proofs by other versions do not count.
+    /// The hash of this prover's program and of CBMC's version. Proofs by other versions do not count.
     prover: DefaultHasher,
 }
 

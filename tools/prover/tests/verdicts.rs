@@ -13,7 +13,7 @@ use serde_json::Value;
 /// The limit for a run of the prover, which may compile the harnesses first.
 const LIMIT: Duration = Duration::from_secs(1800);
 
-/// Each test holds this lock, because all runs of the prover use the same folders.
+/// The lock of the tests that run the prover in this workspace, because these runs use the same folders.
 static ONE: Mutex<()> = Mutex::new(());
 
 fn prover(arguments: &[&str]) -> Command {

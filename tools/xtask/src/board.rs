@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     file: PathBuf,
 }
 
-/// Prints the differences. Returns whether no line is missing or not fine.
+/// Prints the differences. Returns true if each line is there and none is marked as not fine.
 pub(crate) fn board(workspace: &Workspace, Arguments { file }: &Arguments) -> Result<bool> {
     let guide = fs::read_to_string(workspace.root.join("docs/board.md"))?;
     let report = fs::read_to_string(file)?;
@@ -57,7 +57,7 @@ fn lines(text: &str) -> Result<Vec<&str>> {
     let prefix = first.find(FIRST).unwrap_or(0);
     let lines = lines.filter_map(|line| line.get(prefix..)?.split(" (self_test").next());
     let mut lines: Vec<&str> = lines.map(str::trim_end).collect();
-    // Without its last line, the report was cut off. Its other lines are still useful.
+    // If the last line is missing, the report was cut off. Its other lines are still useful.
     if let Some(last) = lines.iter().position(|line| *line == LAST) {
         lines.truncate(last + 1);
     }
@@ -76,10 +76,10 @@ mod tests {
 
     use super::*;
 
-    /// The emulator's report. A test of the firmware compares it with the emulator.
+    /// The guide, which contains the emulator's report. A test of the firmware compares this report with the emulator.
     const GUIDE: &str = include_str!("../../../docs/board.md");
 
-    /// Returns the report as probe-rs shows it, with a change of one text.
+    /// Returns the report as probe-rs shows it, in which `new` replaces `text`.
     fn pasted(text: &str, new: &str) -> String {
         let report = lines(GUIDE)
             .unwrap()

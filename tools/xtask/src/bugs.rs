@@ -1,7 +1,10 @@
-//! `cargo xtask bugs`: puts each mistake alone into a copy of the workspace. A few copies are checked at the same time,
-//! so the output of their checks mixes, and each check ends with a line that names its mistake. For each mistake, a file lists the
-//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing. Some mistakes make a sentence
-//! of the documentation false. If no check noticed such a mistake, nothing would ensure that the sentence is true.
+//! `cargo xtask bugs`: puts each mistake alone into a copy of the workspace, and checks that it is noticed. For each
+//! mistake, a file lists the harnesses or the test that must fail. A harness that no mistake breaks proves nothing.
+//! Some mistakes make a sentence of the documentation false. If no check noticed such a mistake, nothing would ensure
+//! that the sentence is true.
+//!
+//! A few copies are checked at the same time, so the outputs of the checks mix. Each check ends with a line that names
+//! its mistake.
 
 use std::fs;
 use std::path::Path;
@@ -22,14 +25,15 @@ const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
 /// The file with the bugs that the proofs about the receivers in C must find.
 const OF_C: &str = "c/seeded-bugs.toml";
-/// The file with mistakes that readers of the documentation planted. Each contradicts a sentence.
+/// The file with mistakes that readers of the documentation planted. Each mistake contradicts a sentence.
 const PLANTED: &str = "proofs/planted-mistakes.toml";
-/// The prover's own harnesses: some must hold, and the others must fail.
+/// The package with harnesses that test the prover: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
-/// The most copies of the sources in which bugs are checked at the same time. Each has up to 2 GB of build results, and
-/// a harness takes up to 3 GB of memory.
+/// The most copies of the sources in which bugs are checked at the same time. Each copy has up to 2 GB of build
+/// results, and the check of a harness takes up to 3 GB of memory.
 const MOST_COPIES: usize = 4;
-/// The `test` of the bugs that the proof of the machine code must find. As an argument, this name selects these bugs.
+/// The value of `test` for the bugs that the proof of the machine code must find. As an argument, this name selects
+/// these bugs.
 const MACHINE_CODE: &str = "machine-code";
 
 /// Put each seeded bug alone into a copy of the sources, and check that it is caught
@@ -70,9 +74,9 @@ struct Bug {
     /// The harnesses that must still hold.
     #[serde(default)]
     unnoticed_by: Vec<String>,
-    /// The firmware's test that must fail, `contradictions` or `machine-code`.
+    /// The firmware's test that must fail. The names `contradictions` and `machine-code` stand for checks of their own.
     test: Option<String>,
-    /// The check of a planted mistake that must fail.
+    /// For a planted mistake: the check that must fail.
     check: Option<Check>,
 }
 
@@ -121,7 +125,7 @@ impl Bug {
         }
     }
 
-    /// Returns whether this outcome of a planted mistake's test shows that the test has noticed the mistake.
+    /// Returns whether this outcome of the mistake's test shows that the test has noticed the mistake.
     fn is_caught(&self, outcome: &Outcome) -> bool {
         match outcome {
             Outcome::Failed => true,
@@ -174,8 +178,8 @@ impl Bug {
         containing.map(|(package, _)| *package).collect()
     }
 
-    /// Puts the bug into the prover's copy of the sources, and runs its check. Returns a line for each harness or test
-    /// that has not noticed the bug.
+    /// Puts the bug into the prover's copy of the sources, and runs the bug's check. Returns a line for each harness or
+    /// test that has not noticed the bug.
     fn check_in(&self, workspace: &Workspace, mut prover: Prover) -> Result<Vec<String>> {
         let mistake = &self.mistake;
         println!("\n=== {mistake} ===");
@@ -362,7 +366,7 @@ mod tests {
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     });
 
-    /// Returns the bugs in a file. Each must fit the sources.
+    /// Returns the bugs in a file. Asserts that each bug fits the sources.
     fn fitting(root: &Path, file: &str) -> Vec<Bug> {
         let bugs = read(root, file).expect("a list");
         for bug in &bugs {

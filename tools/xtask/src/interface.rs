@@ -38,8 +38,8 @@ mod tests {
     use crate::tests::links;
     use crate::workspace::{Workspace, files};
 
-    /// crates.io and docs.rs show these texts without the repository, so relative links to files would not work. Links
-    /// between items are allowed; they contain neither a slash nor a dot.
+    /// crates.io and docs.rs show the texts of published packages without the repository, so relative links to files
+    /// would not work. Links between items are allowed; they contain neither a slash nor a dot.
     #[test]
     fn published_texts_have_no_relative_links() {
         let workspace = Workspace::load().expect("cargo knows this workspace");

@@ -1,5 +1,4 @@
-//! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
-//! theorems.
+//! The project's own tasks. `cargo xtask verify` runs the checks, and `cargo xtask prove` checks only the theorems.
 
 mod board;
 mod bugs;

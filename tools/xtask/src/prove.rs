@@ -12,8 +12,8 @@ use crate::slow_proofs::SlowProofs;
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
-/// The packages that contain the theorems. Kani's flags in the root's Cargo.toml name the same packages,
-/// and Kani rejects a package that is named twice.
+/// The packages that contain the theorems. Kani's flags in the root's Cargo.toml name the same packages. So Kani's
+/// command line must not name them again, because Kani rejects a package that is named twice.
 const THEOREMS: &[&str] = &[
     "framelock",
     "framelock-proofs",
@@ -122,7 +122,7 @@ fn report(answers: &[Answer]) -> bool {
     failed.is_empty()
 }
 
-/// An available engine, and the sources that it checks.
+/// An engine, and the sources that it checks.
 #[derive(Clone)]
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
@@ -174,7 +174,7 @@ impl Prover {
         self.named(&[])
     }
 
-    /// Returns the names of the harnesses that these names choose.
+    /// Returns the complete names of the harnesses that these names, or parts of names, choose.
     fn named(&self, names: &[String]) -> Result<Vec<String>> {
         let harnesses: Vec<Harness> = self.offline("list", names)?;
         Ok(harnesses.into_iter().map(|one| one.name).collect())
@@ -213,7 +213,8 @@ impl Prover {
                 let packages = self.packages.iter();
                 let further = packages.filter(|it| !THEOREMS.contains(it));
                 command.args(further.map(|it| format!("--package={it}")));
-                // Kani selects by exact names, because otherwise it would check every harness whose name contains one.
+                // Give Kani complete names. With `--exact`, it then checks no other harness whose name contains one of
+                // these names.
                 let names = if names.is_empty() {
                     Vec::new()
                 } else {
@@ -241,7 +242,7 @@ impl Prover {
         if self.packages.contains(&C_PROOFS) {
             command.arg("--c").arg(self.root.join(C_FOLDER));
         }
-        // Each harness has a limit of its own.
+        // This command needs no time limit, because each harness has one.
         let output = command.stderr(Stdio::inherit()).output()?;
         ensure!(
             !output.stdout.is_empty(),

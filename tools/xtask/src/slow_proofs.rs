@@ -1,4 +1,5 @@
-//! The harnesses that take more than 20 s. `cargo xtask verify` proves them again only if their sources have changed.
+//! The harnesses that take more than 20 s. Without `--all`, `cargo xtask verify` proves them only if their sources have
+//! changed since the last proof.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};

@@ -1,5 +1,5 @@
-//! Reads the table in `proofs/README.md`, which lists the harnesses of each theorem. Also reads a prover's answers
-//! about harnesses.
+//! Reads the table in `proofs/README.md`, which lists the harnesses of each theorem. Also defines the types of a
+//! prover's list of harnesses and of its answers.
 
 use std::fs;
 use std::path::Path;

@@ -211,7 +211,8 @@ mod tests {
     fn a_command_that_fails_ends_its_stage() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let fails = |arguments: &[&str]| {
-            // The output must not look like that of the stage that runs this test.
+            // Discard the output. Otherwise `cargo xtask verify` would read it as output of the stage that runs this
+            // test.
             let status = workspace.script(arguments).stdout(Stdio::null()).status();
             !status.expect("sh").success()
         };

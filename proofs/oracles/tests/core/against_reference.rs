@@ -33,7 +33,7 @@ fn every_stream_of_ten_bytes() {
 
 /// Checks every stream of up to seven bytes over {'A', 'B', CR, other}, on the fast path for slices. The stream lies in
 /// a slice that is long enough for this path. Frames or noise come before and after the stream, so that the stream also
-/// lies across the edge of a block.
+/// lies across the edge of a block, which is the unit in which this path searches.
 #[test]
 fn every_stream_of_seven_bytes_within_a_long_slice() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
@@ -64,7 +64,7 @@ fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(part, 0..longest).prop_map(|parts| parts.concat())
 }
 
-/// Generates any slices, with any line events between them.
+/// Generates slices of such streams, with line events between some of them.
 fn steps() -> impl Strategy<Value = Vec<StreamStep>> {
     let event = prop::sample::select(vec![
         LineEvent::Framing,
@@ -102,11 +102,13 @@ fn ends<F: reference::NaiveFormat>(bytes: &[u8]) -> Vec<usize> {
     ends
 }
 
-/// The outcomes that occurred in the random streams: for each of the machines, for all machines together with the states of
-/// their lines, for the reader, and for random formats of each length.
+/// The outcomes in the random streams for each machine, in the order of the results of `parser`.
 static OF_MACHINES: [Mutex<Occurred>; 3] = [const { Mutex::new(Occurred::NOTHING) }; 3];
+/// The outcomes of all machines, and the states of their lines.
 static OF_LINES: Mutex<Occurred> = Mutex::new(Occurred::NOTHING);
+/// The outcomes of the reader.
 static OF_READER: Mutex<Occurred> = Mutex::new(Occurred::NOTHING);
+/// The outcomes of the random formats, for each length of the longest frame.
 static OF_FORMATS: [Mutex<Occurred>; 4] = [const { Mutex::new(Occurred::NOTHING) }; 4];
 
 fn locked(occurred: &Mutex<Occurred>) -> MutexGuard<'_, Occurred> {
@@ -124,7 +126,7 @@ proptest! {
     }
 
     /// Regular expressions are a second, independent oracle. A match of the second expression is the bytes that the
-    /// lecture's machine takes from an `A` until it is in its state at reset.
+    /// lecture's machine takes from an `A` until it is again in its state at reset.
     #[test]
     fn the_reference_against_regular_expressions(bytes in stream(40)) {
         let framelock = regex::bytes::Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression");
@@ -186,7 +188,7 @@ fn any_stream_cut_anywhere_with_line_events() {
     );
 }
 
-/// Tests frames of any length in formats whose classifications are random.
+/// Tests formats whose classifications are random, and whose longest frame has 9, 5, 2 or 1 bytes.
 #[test]
 fn any_format_cut_anywhere_with_line_events() {
     any_format();
@@ -210,7 +212,7 @@ fn any_format_cut_anywhere_with_line_events() {
     assert_eq!(one, of_pending);
 }
 
-/// Counters wrap, and the equation between the counters still holds, modulo their width.
+/// At their largest value, counters wrap around to 0. So does the total of the discarded bytes.
 #[test]
 fn counters_wrap() {
     let most = u32::MAX;

@@ -131,7 +131,7 @@ fn the_largest_parameters() {
         live_travel: u32::MAX / 2,
     };
     assert_eq!(parameters.check(), Ok(()));
-    // A quarter of 255 units.
+    // A quarter of 255 units, rounded up.
     assert!(parameters.most_per_poll() <= 64);
     let mut failsafe = Failsafe::new(parameters, 0).expect("valid");
     let (mut now, mut clock) = (0, 0_u32);

@@ -1,4 +1,4 @@
-//! Packets between delimiters on a faulty line, against the naive definition.
+//! Tests the receiver of packets against the naive definition, on a faulty line.
 
 use framelock::{LineEvent, Stuffing};
 use framelock_oracles::{
@@ -57,8 +57,8 @@ fn packet(format: &Packets, random: &mut impl Rng) -> Vec<u8> {
     packet
 }
 
-/// Returns the bytes and line events that arrive if a few packets are sent. Some packets have shared, doubled or
-/// closing delimiters only, and some are broken. Line events lie anywhere.
+/// Returns the bytes and line events that arrive if a few packets are sent. Some packets lack the delimiter before or
+/// after them, and some are broken. Line events come between some of the slices.
 fn received(format: &Packets, random: &mut impl Rng, occurred: &mut Occurred) -> Stream {
     let mut steps = Vec::new();
     for _ in 0..random.random_range(1..6) {
@@ -103,7 +103,8 @@ fn received(format: &Packets, random: &mut impl Rng, occurred: &mut Occurred) ->
     Stream(steps)
 }
 
-/// The receiver delivers the packets of the definition on faulty lines. Each way of stuffing delivers and rejects packets.
+/// On a faulty line, the receiver delivers exactly the packets of the naive definition. With each way of stuffing,
+/// packets are delivered and others are rejected.
 #[test]
 fn packets_of_a_faulty_line_are_those_of_the_definition() {
     let mut all = Occurred::NOTHING;

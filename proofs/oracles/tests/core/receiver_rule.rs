@@ -79,7 +79,7 @@ fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
     }
 }
 
-/// `push` writes no note about the pending bytes, so the next `push_with` computes what the note would say.
+/// `push` does not store how many bytes are pending. So after `push`, `push_with` computes this number from the bytes.
 #[test]
 fn after_push_the_outcomes_of_push_with_are_the_same() {
     let told = |receiver: &mut Receiver<Bin>, byte| {

@@ -1,5 +1,5 @@
-//! Tests that the receivers of each shipped format find the same frames as the reference. The streams have faults, and are
-//! split into slices at any positions.
+//! Tests that the receivers of each shipped format find the same frames as the reference. The streams have faults, and
+//! are split into slices at any positions.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Each outcome that is possible in a format occurs, and the receivers are in each state.
+/// Each outcome that is possible in a format occurs, and the receivers reach each state that the oracle counts.
 #[test]
 fn every_format() {
     let (mut random, mut of_all) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
@@ -63,8 +63,8 @@ fn every_format() {
 
 /// Sends frames, and broken copies of some of them, and then reports a line event. If silence ends frames, reports a
 /// pause after each frame, too. Asserts that each frame is delivered, unless it shares bytes with a delivered frame
-/// that begins earlier or at the same byte. Returns how many of the frames are delivered, and how many share bytes with
-/// a delivered one.
+/// that begins earlier or at the same byte. Returns the number of frames that are delivered, and the number of the
+/// others.
 pub(crate) fn whole_frames_are_delivered(
     layouts: &[CheckedLayout],
     frames: &[Vec<u8>],
@@ -110,7 +110,7 @@ pub(crate) fn whole_frames_are_delivered(
     counts
 }
 
-/// In BIN, the end of a faulty frame and the beginning of a whole one may form a frame.
+/// In BIN, the end of a faulty frame and the beginning of a whole frame may form a frame. Then the whole frame is lost.
 #[test]
 fn frames_that_arrive_whole_are_delivered() {
     let mut random = ChaCha8Rng::seed_from_u64(2);

@@ -1,4 +1,5 @@
-//! Tests random layouts, in which every form and every number of parts occurs, against an interpreter of layouts.
+//! Tests random layouts against the interpreter of layouts. Counts the properties of the layouts, each of which must
+//! occur.
 #![expect(clippy::cast_possible_truncation, reason = "frames are short")]
 
 use std::collections::BTreeSet;
@@ -129,10 +130,11 @@ fn messages(random: &mut ChaCha8Rng, at: usize) -> Messages<'static> {
     Messages { number, known }
 }
 
-/// The ranges of a content, and other terminators.
+/// The ranges of the content's bytes, and other terminators.
 type Content = (&'static [(u8, u8)], [Patterns<'static>; 2]);
 
-/// Returns a content, and 0 to 4 other terminators, of up to two lengths that differ from the terminator's.
+/// Returns ranges of content bytes, and 0 to 4 other terminators. These have up to two lengths, which differ from
+/// `terminator`, the length of the terminators proper.
 fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     let ranges: [&[(u8, u8)]; 3] = [
         &[(b' ', b'~')],
@@ -150,7 +152,8 @@ fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     (ranges.choose(random).expect("three"), others)
 }
 
-/// Returns 0 to 4 fixed bits: in the header, after the body, and before the bytes that are counted from the end.
+/// Returns 0 to 4 masks with their fixed bits. Each is in a byte of the header, in one of the first two bytes after the
+/// body, or in one of the last two bytes before the frame's last `from_end` bytes.
 fn fixed_bits(
     random: &mut ChaCha8Rng,
     header: Range<usize>,
@@ -227,7 +230,7 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
         end += layout.behind;
     }
 
-    // The body is the part before the payload. A checksum is in the body, or before the terminator.
+    // The body is the part before the payload. A checksum is in the body, before the terminator or after it.
     let (mut body, mut from_end) = (header, end);
     if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
         let mut checksum = checksum(random);
@@ -277,7 +280,7 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     checked.filter(|layout| layout.longest <= LONGEST && !has_fixed_bits_in_the_checksum(layout))
 }
 
-/// Returns true if the bits of a frame's checksum are fixed. Then only few frames are possible.
+/// Returns true if some fixed bits are in the checksum. Then only few frames are possible.
 fn has_fixed_bits_in_the_checksum(layout: &Layout) -> bool {
     let Some(checksum) = layout.checksum else {
         return false;
@@ -318,7 +321,7 @@ macro_rules! count {
     };
 }
 
-/// Counts the forms and the numbers of parts in a layout whose frames were delivered.
+/// Counts each property that the layout and its frames have, for example two syncs. The frames were delivered.
 fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
     let starts = |pattern: &[u8]| frames.iter().any(|frame| frame.starts_with(pattern));
     let ends = |pattern: &[u8]| frames.iter().any(|frame| frame.ends_with(pattern));

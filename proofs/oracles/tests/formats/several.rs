@@ -1,4 +1,4 @@
-//! Tests random layouts on one line whose frames begin alike, against the interpreter of layouts.
+//! Tests two or three random layouts on one line against the interpreter of layouts. Many of their frames begin alike.
 
 use framelock::Classification::{self, Frame, Incomplete, Rejected};
 use framelock::{DiscardReason, Format as _, LineEvent};
@@ -13,7 +13,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::against_reference::whole_frames_are_delivered;
 
-/// Returns a random layout of short frames, most of which begin with `$`, or `None` if its parts contradict each other.
+/// Returns a random layout of short frames, or `None` if its parts contradict each other. The frames of most layouts
+/// begin with `$`.
 fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     const KNOWN: &[KnownMessage] = &[
         KnownMessage::new(b'1' as u32),

@@ -1,4 +1,4 @@
-//! The definitions of modules, by name.
+//! The functions, constants and types that modules of LLVM define, by name.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -11,7 +11,7 @@ use super::token::{Token, tokens};
 /// them. So an unmodelled function is an error only if a harness reaches it.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
-    /// The named types, also as tokens.
+    /// The tokens of each named type.
     pub(crate) types: HashMap<String, Vec<Token>>,
     pub(crate) functions: BTreeMap<String, Function>,
     constants: HashMap<String, String>,
@@ -31,7 +31,7 @@ pub(crate) struct Function {
 #[derive(Debug)]
 pub(crate) struct Block {
     pub(crate) label: String,
-    /// The statements. The last one determines the next block.
+    /// The statements. The last statement determines the next block.
     pub(crate) statements: Vec<Statement>,
 }
 
@@ -244,7 +244,7 @@ fn global(token: Token) -> Option<String> {
     }
 }
 
-/// Returns the name before a label's colon, which may be quoted.
+/// Returns the label's name, from the first token of its line. The name may be quoted.
 fn label(token: &Token) -> Result<String> {
     Ok(match token {
         Token::Word(name) => name.clone(),

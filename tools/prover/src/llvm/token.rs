@@ -6,7 +6,7 @@ use logos::{Lexer, Logos};
 #[derive(Logos, Debug, Clone, PartialEq, Eq)]
 #[logos(skip r"[ \t\r\n]+")]
 #[logos(skip(r";[^\n]*", allow_greedy = true))]
-// Attributes and metadata, such as `#7` and `!dbg`, do not affect the program's meaning.
+// Skip attributes and metadata, such as `#7` and `!dbg`, because they do not affect the program's meaning.
 #[logos(skip r"[#!][A-Za-z0-9_.$-]*")]
 pub(crate) enum Token {
     /// A keyword, a type's name, or an attribute.

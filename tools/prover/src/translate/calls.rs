@@ -195,7 +195,7 @@ fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> Strin
             says = found;
         }
     }
-    // The harness's goals are recognised by their beginning, so no other message begins like a goal.
+    // The harness's goals are recognised by their beginning, so no other message may begin like a goal.
     if [COVER, END].iter().any(|goal| says.starts_with(goal)) {
         says.insert_str(0, "text: ");
     }

@@ -1,8 +1,8 @@
 /* LLVM's integer operations in CBMC's C. `bits` is the operands' width. The statement that uses a
    result truncates it to its own width. Using an operation that is missing here is an error. */
 
-/* C converts narrow integers to signed integers. A product or a left shift of signed integers may
-   overflow. The types w8 to w128 are wide enough. */
+/* C converts integers that are narrower than `int` to `int`. A product or a left shift of an `int` may
+   overflow. The types w8 to w128 are unsigned and have at least 32 bits, so C does not convert them. */
 #define llvm_add(bits, a, b) ((a) + (b))
 #define llvm_sub(bits, a, b) ((a) - (b))
 #define llvm_mul(bits, a, b) ((w##bits)(a) * (w##bits)(b))

@@ -1,10 +1,9 @@
 //! Stands in for Kani's library where Kani is not set up.
 //!
-//! The crate contains the part of Kani's interface that harnesses use, with Kani's meaning. `cargo
-//! kani` never uses this crate, because the offline prover gives it to the compiler as the crate
-//! `kani`.
+//! The crate contains the part of Kani's interface that harnesses use, with Kani's meaning. Only the offline prover
+//! gives it to the compiler, as the crate `kani`. `cargo kani` never uses it.
 //!
-//! These functions are only declared here. The checker itself interprets them:
+//! These functions are only declared here. The offline prover interprets them:
 //!
 //! | function | meaning |
 //! |---|---|
@@ -51,7 +50,7 @@ pub fn any_where<T: Arbitrary, F: FnOnce(&T) -> bool>(condition: F) -> T {
     value
 }
 
-/// Ignores executions in which the condition is false from here on.
+/// From here on, ignores executions in which the condition is false.
 #[inline]
 pub fn assume(condition: bool) {
     undecided::assume(condition);
