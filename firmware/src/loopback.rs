@@ -1,4 +1,5 @@
-//! The self-test's loopback wire: UARTE1 sends and UARTE0 receives, at 1 Mbaud and without interrupts.
+//! The self-test's loopback wire: UARTE1 sends and UARTE0 receives. Both start at 1 Mbaud. This module uses no
+//! interrupts.
 
 use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 
@@ -150,7 +151,7 @@ impl<'a> Receiver<'a> {
         self.end()
     }
 
-    /// Moves a byte that waits to memory, by FLUSHRX. Returns whether RXSTARTED comes.
+    /// Moves a waiting byte to memory by FLUSHRX. Returns whether RXSTARTED comes.
     pub(crate) fn flush(&self) -> bool {
         self.0.events_rxstarted.reset();
         (self.0.tasks_flushrx).write(|w| w.tasks_flushrx().set_bit());

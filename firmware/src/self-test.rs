@@ -52,7 +52,7 @@ static FINISHED: AtomicU32 = AtomicU32::new(0);
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
 
 /// The largest number of units by which an output may move from one poll to the next. A debugger may set a smaller
-/// bound, to see row 17 fail.
+/// bound, to see row 17 of the report fail.
 #[unsafe(no_mangle)]
 static BOUND: AtomicU32 = AtomicU32::new(FAILSAFE.most_per_poll());
 
