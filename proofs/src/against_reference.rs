@@ -2,8 +2,8 @@
 //! [`reference`], and the same bytes are pending at the end (R2, R3).
 //!
 //! Proof by induction over the reference's loop. The loop tries one position after another at which a frame may begin.
-//! At each of these positions, no byte is pending in the machine. The harness then pushes the following bytes one by one,
-//! up to a frame's length or the end of the stream:
+//! From each of these positions on, the machine acts like a machine in which no byte is pending. The harness starts
+//! with such a machine, and pushes the following bytes one by one, up to a frame's length or the end of the stream:
 //!
 //! * If the bytes are a frame, the machine delivers it with the frame's last byte. Afterwards no byte is pending. The
 //!   reference continues after the frame.
