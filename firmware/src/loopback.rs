@@ -54,8 +54,8 @@ impl Sender {
         self.0.baudrate.write(|w| w.baudrate().variant(baud));
     }
 
-    /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit, with the cycle
-    /// count at its end.
+    /// Sends these bytes and calls `meanwhile` during the transmission. Then waits for ENDTX, and two byte times more.
+    /// Returns the cycle count at which it saw ENDTX.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) -> u32 {
         self.0.events_endtx.reset();
         // SAFETY: the address and the length describe `bytes`, which stay borrowed until they are sent.

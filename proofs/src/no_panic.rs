@@ -1,5 +1,6 @@
 //! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
-//! memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's parts and the failsafe are in `core`.
+//! memory out of bounds (F1, M1, R1, L1). Functions that only write text are not included. The harnesses for the
+//! engine's parts and the failsafe are in `core`.
 
 use framelock::any_format::any_line_event;
 use framelock::any_format::part;
