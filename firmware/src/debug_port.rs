@@ -1,8 +1,8 @@
-//! The debug port and the reset button, neither of which works on an erased chip.
+//! Keeps the debug port open, and makes the reset button work.
 //!
 //! On chips of build code F and later, every reset closes the debug port. If UICR.APPROTECT contained 0x5A at the
-//! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. The reset button needs its pin's number
-//! in UICR.PSELRESET.
+//! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. The reset button only works if
+//! UICR.PSELRESET contains its pin's number.
 //!
 //! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole
 //! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until it is
@@ -47,8 +47,8 @@ fn write(uicr: &UICR, nvmc: &NVMC, closes_by_itself: bool) -> bool {
     is_new
 }
 
-/// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`. Otherwise
-/// a word that cannot be written would cause a reset at every start.
+/// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`. So a word
+/// that cannot be written does not cause a reset at every start.
 #[inline(never)]
 fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
     // SAFETY: the address is from the PAC and belongs to a register.

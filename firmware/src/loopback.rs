@@ -1,4 +1,5 @@
-//! The self-test's loopback wire: UARTE1 sends and UARTE0 receives, at 1 Mbaud and without interrupts.
+//! The self-test's loopback wire: UARTE1 sends and UARTE0 receives. Both start at 1 Mbaud. This module uses no
+//! interrupts.
 
 use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 
@@ -53,8 +54,8 @@ impl Sender {
         self.0.baudrate.write(|w| w.baudrate().variant(baud));
     }
 
-    /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit, with the cycle
-    /// count at its end.
+    /// Sends these bytes and calls `meanwhile` during the transmission. Then waits for ENDTX, and two byte times more.
+    /// Returns the cycle count at which it saw ENDTX.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) -> u32 {
         self.0.events_endtx.reset();
         // SAFETY: the address and the length describe `bytes`, which stay borrowed until they are sent.
@@ -150,7 +151,7 @@ impl<'a> Receiver<'a> {
         self.end()
     }
 
-    /// Moves a byte that waits to memory, by FLUSHRX. Returns whether RXSTARTED comes.
+    /// Moves a waiting byte to memory by FLUSHRX. Returns whether RXSTARTED comes.
     pub(crate) fn flush(&self) -> bool {
         self.0.events_rxstarted.reset();
         (self.0.tasks_flushrx).write(|w| w.tasks_flushrx().set_bit());

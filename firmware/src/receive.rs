@@ -27,16 +27,16 @@ static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
 /// opened is stored within this time.
 const NONE_WAITS: usize = 1;
 
-/// The receiver and everything that it owns. Accesses never overlap. The receiver's two handlers have the same
-/// priority, so neither interrupts the other. The main loop accesses the receiver with interrupts disabled. The cell
-/// checks at run time that accesses do not overlap.
+/// The receiver and everything that it owns. Interrupts are disabled during each access, so accesses never overlap. The
+/// cell also checks this at run time.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
 /// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`. Copying it at
 /// run time would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
-/// The reception measures a gap up to the end of the byte that ends the silence, so `GAP_AFTER` grows by a byte's time.
+/// The reception measures a gap up to the end of the byte that ends the silence, so `GAP` is `GAP_AFTER`
+/// plus a byte's time.
 type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, { GAP_AFTER + BYTE_TIME }>;
 type Receiver = (Reception, Hardware);
 

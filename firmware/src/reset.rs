@@ -39,9 +39,9 @@ impl Watchdog {
     /// pauses while a debugger halts the core.
     ///
     /// A soft reset does not stop the watchdog, and the settings of a running watchdog cannot be changed. So after
-    /// flashing, the old program's timeout stays in force. Only a reset of another kind ends it. Returns `None` if the
-    /// old program uses a different number of watchdog handles. Then the caller resets the chip,
-    /// again and again, until the unfed watchdog resets the chip itself. This reset stops the watchdog.
+    /// flashing, the old program's timeout stays in force until the chip is reset by power-on, the reset pin or the
+    /// watchdog. Returns `None` if the old program used a different number of watchdog handles. Then the caller resets
+    /// the chip, again and again, until the unfed watchdog resets it. This reset stops the watchdog.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {
@@ -102,7 +102,7 @@ pub(crate) fn last_output() -> Option<Setpoint> {
 pub(crate) fn keep_output(setpoint: Setpoint) {
     let [output, mark] = &LAST_OUTPUT;
     output.store(word(setpoint), Ordering::Relaxed);
-    // Write the mark second, because after power-on the output is only known from here on.
+    // Write the mark second, because it says that the output has been stored.
     compiler_fence(Ordering::SeqCst);
     mark.store(MARK, Ordering::Relaxed);
 }

@@ -52,7 +52,7 @@ static FINISHED: AtomicU32 = AtomicU32::new(0);
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
 
 /// The largest number of units by which an output may move from one poll to the next. A debugger may set a smaller
-/// bound, to see row 17 fail.
+/// bound, to see row 17 of the report fail.
 #[unsafe(no_mangle)]
 static BOUND: AtomicU32 = AtomicU32::new(FAILSAFE.most_per_poll());
 
@@ -180,8 +180,8 @@ fn cycles(bytes: &[u8]) -> u32 {
     DWT::cycle_count().wrapping_sub(began) / bytes.len() as u32
 }
 
-/// Row 3: sends bytes while no transfer is open. Counts the bytes that wait in the FIFO in order, and measures how
-/// long the UARTE takes to store a waiting byte once a transfer is open.
+/// Row 3: sends bytes while no transfer is open. Then counts the bytes that are stored in order, and measures how long
+/// the UARTE takes to store a waiting byte once a transfer is open.
 fn waiting_bytes(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut fewest, mut most, mut slowest) = (u32::MAX, 0, 0);
     for _ in 0..TIMES {

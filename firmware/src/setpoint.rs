@@ -5,7 +5,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use framelock::motion::Setpoint;
 
 /// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which single instructions
-/// read and write, so a reader never sees a torn setpoint, with parts of two. Only the receive handler writes it.
+/// read and write, so a reader never sees a torn setpoint, which has parts of two. Only the receive handler writes the
+/// word.
 ///
 /// No test looks for a torn setpoint.
 #[unsafe(no_mangle)]
@@ -14,7 +15,7 @@ static SETPOINT: AtomicU32 = AtomicU32::new(0);
 /// A setpoint as it was published.
 ///
 /// The sequence number distinguishes a repeated setpoint from silence. This would fail only if a multiple of 256 frames
-/// arrived between two reads. At 1 Mbaud, 256 frames take 17 ms, and the main loop reads the setpoint every 2 ms.
+/// arrived between two reads. At 1 Mbaud, 256 frames take about 18 ms, and the main loop reads the setpoint every 2 ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Published(u32);
 

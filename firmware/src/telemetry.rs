@@ -18,7 +18,7 @@ macro_rules! shown {
             $($(#[$attribute])* pub(crate) $name: Count,)*
         }
 
-        /// The counters, which the main loop writes once a tick.
+        /// The counters. The main loop updates the receiver's counters here once a tick.
         #[unsafe(no_mangle)]
         pub(crate) static COUNTERS: Shown = Shown { $($name: Count(AtomicU32::new(0)),)* };
 

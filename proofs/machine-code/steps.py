@@ -1,5 +1,5 @@
-"""The specification of a step of the receivers, written independently for the prover, and the proof that an image
-follows it."""
+"""The specification of the step that takes a byte, and the proof that the step of an image follows this specification.
+The specification shares no code with the firmware."""
 
 import z3
 from image import Failure
@@ -33,9 +33,9 @@ def window(data, count):
     return z3.simplify(z3.Concat(note, above, bits(1, 8), *data))
 
 def receiver(held, byte):
-    """Discards the pending bytes and this byte, oldest first, until a frame can begin with the rest. The first wrong position
-    decides the reason. Returns whether there is a frame, its axes, the number of bytes discarded for each
-    reason, and the fields after the step."""
+    """Unless the bytes are a frame, discards the pending bytes and this byte, oldest first, until a frame can begin
+    with the rest. The first wrong position decides the reason. Returns whether there is a frame, its axes, the number
+    of bytes discarded for each reason, and the fields after the step."""
     stream = held + [byte]
     is_frame = z3.And(len(stream) == 7, begins_frame(stream))
     kept, discarded = pending(stream), dict.fromkeys(REASONS, bits(0))
@@ -49,8 +49,8 @@ def receiver(held, byte):
     return is_frame, stream[3:6], discarded, {"window": after}
 
 def lecture(before, byte):
-    """Does the same as `receiver`, by the lecture's table. `state` is the number of bytes of a frame that have come. They are
-    discarded together."""
+    """Does the same as `receiver`, by the lecture's table. `state` is the number of bytes of a frame that have come. A
+    wrong byte is discarded together with them."""
     state, temp = before["state"], [before[axis] for axis in AXES]
     goes_on = z3.Or([z3.And(state == n, fixed is None or byte == fixed) for n, fixed in enumerate(FRAME)])
     after = {"state": z3.If(z3.And(goes_on, state < 6), state + 1, bits(0, 8))}
@@ -61,7 +61,7 @@ def lecture(before, byte):
 
 def expected(before, is_frame, axes, discarded, fields):
     """Returns the fields after the step. Each byte is counted by its outcome. The setpoint is published in the step that
-    completes its frame, and in no other. All other fields keep their values."""
+    completes its frame, and in no other step. All other fields keep their values."""
     after, was_lost = before | fields, before["lost"] == 1
     for name, more in (discarded | {"bytes": 1}).items():
         after[name] = before[name] + more

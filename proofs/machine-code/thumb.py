@@ -1,6 +1,6 @@
-"""A symbolic Cortex-M4. It follows every path through a piece of machine code, for all values at once, with Z3. It stops
-with a failure at anything that it does not model: an unknown instruction, an access outside the given memory, or a jump to
-an unknown address."""
+"""A symbolic Cortex-M4. It follows every path through a piece of machine code, for all values at once, with Z3. It
+stops with a failure at anything that it does not model: an unknown instruction, an access outside the given memory, or
+a jump to an unknown address."""
 
 import copy
 import z3

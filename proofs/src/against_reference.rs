@@ -2,14 +2,14 @@
 //! [`reference`], and the same bytes are pending at the end (R2, R3).
 //!
 //! Proof by induction over the reference's loop. The loop tries one position after another at which a frame may begin.
-//! At each of these positions the machine is in a state equal to its state at reset. The harness then pushes the
-//! following bytes one by one, up to a frame's length or the end of the stream:
+//! From each of these positions on, the machine acts like a machine in which no byte is pending. The harness starts
+//! with such a machine, and pushes the following bytes one by one, up to a frame's length or the end of the stream:
 //!
-//! * If the bytes are a frame, the machine delivers it with the frame's last byte and returns to the state
-//!   at reset. The reference continues after the frame.
+//! * If the bytes are a frame, the machine delivers it with the frame's last byte. Afterwards no byte is pending. The
+//!   reference continues after the frame.
 //! * If the bytes are no frame, the machine has delivered nothing. framelock's reference drops one byte, and the
 //!   receiver is in a state as if this byte had never come. The lecture's reference drops all bytes up to and including
-//!   the first wrong one, and with this wrong byte the machine returns to the state at reset.
+//!   the first wrong one. After this wrong byte, no byte is pending in the lecture's machine.
 //! * If the stream ends before the bytes are decided, all of them are pending.
 //!
 //! To check this argument, two harnesses also compare a machine with the reference on whole streams of up to 16 bytes.

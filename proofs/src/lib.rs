@@ -2,11 +2,10 @@
 //!
 //! * [`mod@reference`]: the naive whole-buffer reference. It shares no code with the receivers. Tests,
 //!   fuzzing and proofs compare the receivers with it.
-//! * The other modules (under `cfg(kani)`): the theorems as Kani harnesses, one module per theorem.
-//!   The harnesses for the receiver's engine and the failsafe are in `core`, next to the private items
-//!   that they use.
+//! * The other modules (under `cfg(kani)`): the theorems as Kani harnesses, and the states and the parser that the
+//!   harnesses use. Harnesses that use private items are in the crates that contain these items.
 //!
-//! No harness assumes anything about the bytes that arrive on the line. `../README.md` has the table of all theorems.
+//! `../README.md` has the table of all theorems.
 #![no_std]
 #![cfg_attr(not(kani), forbid(unsafe_code))]
 #![cfg_attr(

@@ -1,5 +1,6 @@
 //! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
-//! memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's parts and the failsafe are in `core`.
+//! memory out of bounds (F1, M1, R1, L1). Functions that only write text are not included. The harnesses for the
+//! engine's parts and the failsafe are in `core`.
 
 use framelock::any_format::any_line_event;
 use framelock::any_format::part;
@@ -9,7 +10,7 @@ use framelock::{Counters, Encode, FixedFormat, Line};
 use crate::any_parser::AnyParser;
 use crate::states::{OfSetpoints, any_lecture, any_receiver, any_setpoint};
 
-/// Runs every operation of a parser, from its current state.
+/// Runs `reset` and `push` of a parser, from its current state.
 fn any_operations<P: OfSetpoints>(parser: P) {
     let mut reset = parser;
     reset.reset();
@@ -128,7 +129,7 @@ fn any_counters() -> Counters {
     counters
 }
 
-/// Runs every operation of a line, with any counters.
+/// Runs `push` and `line_event` of a line with any counters, and the sums of the counters.
 #[kani::proof]
 #[kani::unwind(10)]
 fn line() {
@@ -143,8 +144,8 @@ fn line() {
     kani::cover!(line.counters().bytes == 0, "a counter wraps");
 }
 
-/// Runs every operation of a line with any parser, which may report any outcomes, and slices of any length. The line
-/// passes on each message and each outcome.
+/// Runs the functions of a line that take bytes, line events or steps, with any parser and slices of any length. The
+/// line passes on each message and each outcome of the parser.
 #[kani::proof]
 #[kani::unwind(10)]
 fn line_of_any_parser() {

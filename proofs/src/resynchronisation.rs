@@ -1,7 +1,7 @@
 //! Theorem 7: from any state, a receiver delivers each frame that it receives in full, with the frame's last byte. The
 //! only exception is a frame in which another delivered frame ended, between the sync and the terminator (R1). So the
-//! receiver delivers a frame during any whole frame, but perhaps a false one. At reset, and so after a line event, the
-//! very next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
+//! receiver delivers a frame during any whole frame, but perhaps a false one. A frame that begins directly after a
+//! reset or a line event is delivered (L1). The lecture's machine can stay deaf for ever (M1).
 //!
 //! No receiver of BIN can promise more. The reason is that the bytes before a frame, together with the frame's first
 //! bytes, may themselves be a frame (N2).
@@ -64,8 +64,8 @@ fn the_frame_after_a_reset_is_delivered() {
     kani::cover!(pending == (6, 6), "one byte is missing from a frame");
 }
 
-/// A parked simulator repeats one frame, and the first byte of one of these frames is lost. The lecture's machine
-/// commits nothing, and after each frame it is in the same state again.
+/// A sender repeats one frame, and the first byte of the first one is lost. The lecture's machine commits nothing, and
+/// after each frame it is in the same state again. The receiver delivers the next frame.
 #[kani::proof]
 #[kani::unwind(8)]
 fn the_lectures_machine_stays_deaf() {

@@ -1,6 +1,6 @@
-//! Theorem 2: bounded state. From each of the lecture's seven states, each byte leads to the next state that the table
-//! gives (M1). The module `no_panic` proves the rest: after any stream, fewer bytes are pending in a receiver than a
-//! frame has.
+//! Theorem 2: bounded state. From each of the seven states of the lecture's machine, each byte leads to the next state
+//! that the table gives (M1). The module `no_panic` proves the rest: after any stream, fewer bytes are pending in a
+//! receiver than a frame has.
 
 use framelock::lecture::State;
 

@@ -23,8 +23,8 @@
 //! * L3. If an ENDRX is lost, the reception reports the loss and stops the UARTE by the second tick. If the byte in
 //!   memory looks like no byte, the report and the stop come only when the FIFO has overrun. The UARTE is restarted in
 //!   the round that RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first
-//!   round that runs at least twice `GAP` after the stop. From then on L2 holds. If one ENDRX after another is
-//!   lost, the watchdog is no longer fed.
+//!   round after twice the time `GAP` since the stop. From then on L2 holds. If one ENDRX after another is lost, the
+//!   watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
 //!   STARTRX, the spurious byte replaces the stored one, and nothing is reported. From then on the whole theorem holds
@@ -38,11 +38,12 @@
 //! lets the chip take steps between two accesses. L1 to L3 are proved for rounds and ticks during which the chip takes
 //! no step. L2 and L3 also assume that the chip makes progress between rounds (fairness; see [`liveness`]).
 //!
-//! What a handler does depends only on the events ENDRX and RXTO. All other events only wake the handler, and may be
-//! lost, duplicated or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick
-//! requests the round. RXTO may come at any time, or never.
+//! ENDRX and RXTO are the only events that a handler reads. All other events only wake the handler, and may be lost,
+//! duplicated or late. The model has only one of them, ERROR. If no event wakes the handler, the next tick requests the
+//! round. RXTO may come at any time, or never.
 //!
-//! The proof makes these assumptions about the chip. The self-test's table has a row for each:
+//! The proof makes these assumptions about the chip. The self-test's table has rows for them, except for a parity
+//! error:
 //!
 //! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a time a
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks

@@ -4,7 +4,7 @@
 //! `BufferedUarteRx` receives in the background. It reports no errors except overruns, so TIMER1 counts all errors of
 //! the UARTE. A read that takes too long shows that the line is idle.
 //!
-//! Both tasks run in one executor, so neither interrupts the other's call of the failsafe.
+//! Reception and outputs are two futures of one task, so neither interrupts the other's call of the failsafe.
 //!
 //! This program is no safety function: a platform needs a switch that cuts the power of its actuators.
 #![no_std]

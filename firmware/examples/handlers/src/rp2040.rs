@@ -1,4 +1,4 @@
-//! The part of the reception that touches no registers.
+//! The part of the RP2040 example's reception that touches no registers.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};

@@ -1,4 +1,4 @@
-//! The part of the receive interrupt that touches no registers.
+//! The part of the RTIC example's interrupt handler that touches no registers.
 
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Line, LineEvent, Receiver};

@@ -1,5 +1,5 @@
-//! Tests that the handler of each example is right after one pause, as `core/tests/suite/examples.rs` tests the core's
-//! examples.
+//! Tests that after one pause, the handler of each example delivers the right frames. `core/tests/suite/examples.rs`
+//! tests the core's examples in the same way.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 use framelock::motion::Setpoint;
@@ -15,11 +15,11 @@ const WRONG: [u8; 3] = *b"AB\0";
 /// The number of repeated frames in a stream.
 const REPEATED: usize = 1_000;
 
-/// Tests that a handler, which has received nothing yet, is wrong until the first pause, and then right. `receive`
-/// gives bytes and line events to the handler, and returns the setpoints.
+/// Tests that a new handler delivers wrong setpoints until the first pause, and right ones after it. `receive` gives
+/// bytes and line events to the handler, and returns the setpoints.
 fn is_right_after_one_pause(mut receive: impl FnMut(Result<&[u8], LineEvent>) -> Vec<Setpoint>) {
     let stream = AMBIGUOUS.repeat(REPEATED);
-    // The receiver cannot know better, so these frames show that the pause is needed.
+    // Without a pause, no receiver can notice that these frames are wrong.
     let before = receive(Ok(&stream[1..]));
     assert_eq!(before, [Setpoint::from(WRONG); REPEATED - 1]);
     for lost in 0..AMBIGUOUS.len() {
@@ -51,7 +51,7 @@ fn embassys_handler_is_right_after_one_pause() {
             Ok(bytes) => bytes.chunks(64).for_each(|bytes| {
                 reception.take(Some(bytes), errors, |setpoint| setpoints.push(setpoint));
             }),
-            // The first read reports the pause. The second one finds that no byte is in doubt.
+            // If bytes are pending, the first call reports the pause. A call while none is pending ends the doubt.
             Err(LineEvent::Idle) => (0..2).for_each(|_| {
                 reception.take(None, errors, |setpoint| setpoints.push(setpoint));
             }),

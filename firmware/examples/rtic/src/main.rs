@@ -1,8 +1,8 @@
 //! framelock in RTIC, on an nRF52840. It receives setpoints on UARTE0, passes them to a failsafe, and
 //! logs the failsafe's output.
 //!
-//! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO. If
-//! the FIFO is full, the UARTE reports an overrun.
+//! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO. If a byte arrives
+//! while the FIFO is full, the UARTE reports an overrun.
 //!
 //! The interrupt and the task have different priorities. RTIC's `lock` keeps them from calling the failsafe at the same
 //! time.

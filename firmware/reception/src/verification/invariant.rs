@@ -45,7 +45,7 @@ impl Chip {
     /// Returns whether the invariant holds.
     pub(super) fn holds(&self, state: State) -> bool {
         if state == State::Stopping {
-            // No byte is stored or handed on.
+            // In this state, no byte is stored or handed on.
             return self.stopping
                 && self.reported
                 && self.expected < self.next + 1
