@@ -18,7 +18,7 @@ struct Trial {
     said: String,
     /// The number of polls in each phase.
     phases: [usize; 5],
-    /// The faults that the failsafe counted: of the clock, late polls, slow frames.
+    /// The numbers of clock faults, late polls and slow frames that the failsafe counted.
     faults: [u32; 3],
     /// The reasons for which contradictory parameters were refused.
     refusals: BTreeSet<String>,

@@ -72,7 +72,7 @@ pub(crate) fn sometimes_faulty(frame: &Vec<u8>, random: &mut ChaCha8Rng) -> Vec<
     }
 }
 
-/// Returns cases with the shipped descriptions, others, and random ones.
+/// Returns cases with the shipped descriptions, with those of `others` and `forms`, and with random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
     let shipped = SHIPPED.iter().copied().chain(others()).chain(forms());
@@ -142,8 +142,8 @@ where
             &mut note,
         );
     }
-    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
-    // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
+    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are DMX512, and
+    // layouts with neither a sync nor a checksum: their receivers may discard no byte.
     let layout = description.kinds[0].layout();
     let takes_all = layout.sync.length == 0 && layout.checksum.is_none() || name == "dmx512";
     assert!(

@@ -118,7 +118,7 @@ proptest! {
     }
 }
 
-/// Each format refuses the messages that its documentation names, and only these.
+/// Each format refuses to encode the messages that its documentation names, and only these.
 #[test]
 fn a_message_without_a_frame_is_not_encoded() {
     fn is_encoded<F: EncodeInto>(format: &F, message: F::Message<'_>) -> bool {

@@ -26,8 +26,8 @@ pub trait Contender {
     }
 }
 
-/// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, and how the parser
-/// takes bytes, or a single byte if that differs.
+/// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, an expression that
+/// takes bytes, and optionally an expression that takes a single byte.
 macro_rules! adapters {
     ($(
         $(#[$doc:meta])*
