@@ -181,8 +181,8 @@ struct Pulse {
 /// The pulses of each servo.
 struct Servos([Vec<Pulse>; 3]);
 
-/// The greatest difference between a measured position and the output, in units of 3.9 microseconds. Arduino's clock has
-/// steps of 4 microseconds, and an interrupt may delay an edge.
+/// The greatest difference between a measured position and the output, in units of 3.9 microseconds. Arduino's clock
+/// has steps of 4 microseconds, and an interrupt may delay an edge.
 const JITTER: u32 = 3;
 
 /// The greatest step between two pulses: the distance that a servo moves in 36 ms, if the whole travel takes 0.2 s.

@@ -435,8 +435,8 @@ fn in_rust(cases: &[Case]) {
     check(&cargo(&["run"], &input(cases)), cases);
 }
 
-/// Compiles and runs programs that include the headers, as C99 and as C++17. One program with all headers would take too
-/// long to compile.
+/// Compiles and runs programs that include the headers, as C99 and as C++17. One program with all headers would take
+/// too long to compile.
 fn in_c(cases: &[Case]) {
     cases.chunks(15).for_each(part_in_c);
 }

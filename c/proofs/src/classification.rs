@@ -135,8 +135,8 @@ fn in_c(classification: Classification) -> (u8, usize) {
 }
 
 /// Defines the harnesses of formats, in a module with the name of the C file. Each entry states the format, the first
-/// byte if it is constant, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and whether
-/// silence ends them.
+/// byte if it is constant, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and
+/// whether silence ends them.
 macro_rules! for_formats {
     ($($file:ident { $($name:ident $format:expr, $first:expr, $most:literal $bound:literal $has_delimiter:literal $is_silent:literal;)* })*) => {
         $(

@@ -1,5 +1,5 @@
-//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md`: the table's name, then the
-//! cells. A test of xtask compares the tables in the page with the file.
+//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md`: the table's name, then
+//! the cells. A test of xtask compares the tables in the page with the file.
 
 use std::error::Error;
 use std::fs;

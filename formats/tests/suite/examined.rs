@@ -72,8 +72,8 @@ type Row = (&'static str, usize, Examined);
 /// Asserts that no call examines more bytes than its bound.
 ///
 /// Pushes a false start that claims the longest frame, and then repeats `start`, which begins another false start. So
-/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines, before
-/// and after this last byte.
+/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines,
+/// before and after this last byte.
 fn row<F: Format, const N: usize>(
     name: &'static str,
     format: F,

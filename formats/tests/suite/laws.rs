@@ -86,8 +86,8 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
 /// The frame that a format finds before a line event must not be longer than the bytes.
 #[test]
 fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
-    /// A deliberate mistake: at one kind of line event, the format claims that all bytes are a frame of the longest
-    /// length.
+    /// A deliberate mistake: at one kind of line event, the format claims a frame of the longest length, however few
+    /// bytes there are.
     #[derive(Clone, Copy)]
     struct Impatient(LineEvent);
     impl Format for Impatient {

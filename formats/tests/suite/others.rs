@@ -1,4 +1,5 @@
-//! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a catalogue.
+//! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a
+//! catalogue.
 
 use framelock::{Encode as _, EncodeInto, Receiver};
 use framelock_formats::layout::{Algorithm, Checksum, Crc, Table};

@@ -95,8 +95,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     }
 }
 
-/// Returns the bytes as the sender sends them, with a pause after each frame. A frame is what the receiver finds on a
-/// line without faults.
+/// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those that the receiver
+/// finds on a line without faults.
 fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
     let cells = frames.iter().flatten().map(|&byte| Cell {
         sent: Some(byte),
