@@ -169,7 +169,7 @@ fn parameters<D: Demand, const AXES: usize>(
     }
 }
 
-/// Returns the parameters after a change of one of them, which makes them invalid.
+/// Changes the parameters so that they are invalid, and returns them.
 fn contradiction<D: Demand, const AXES: usize>(
     mut p: FailsafeParameters<D, AXES>,
     random: &mut ChaCha8Rng,

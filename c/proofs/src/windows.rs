@@ -2,9 +2,9 @@
 //! and a line event each have the same results in both languages: the message, the counters and the pending bytes. The
 //! next states are related too.
 //!
-//! For six axes, the proofs cover only up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust
-//! receiver rejects the frame immediately. The C receiver rejects the frame one byte later, as a `BufferedReceiver`
-//! with the same layout does.
+//! For six axes, the proofs cover only up to 13 pending bytes. With more pending bytes, the receivers differ: if the
+//! first byte of the terminator is wrong, the Rust receiver rejects the frame immediately. The C receiver rejects the
+//! frame one byte later, as a `BufferedReceiver` with the same layout does.
 
 use core::ops::Range;
 

@@ -1,5 +1,4 @@
-//! Writes frames for people and programs: as JSON, comma-separated values, or columns of text. Each value is appended
-//! to a row, digit by digit.
+//! Writes frames for people and programs: as JSON, comma-separated values, or columns of text.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
@@ -233,7 +232,7 @@ impl FrameWriter {
                 value.append_json_to(row);
                 row.push(b',');
             }
-            // Every array has a value. The last comma becomes a bracket.
+            // The last comma becomes a bracket. There is one, because no array is empty.
             row.pop();
             row.push(b']');
         }

@@ -13,7 +13,7 @@ use crate::scenario::{Action, Scenario};
 const BYTE: u64 = 8_333;
 const PAUSE: u64 = 5 * BYTE;
 
-/// The time of a frame of setpoints with its pause. The motion advances by this time from frame to frame.
+/// The time of a BIN frame with its pause. The motion advances by this time from frame to frame.
 const FRAME_TIME: Duration = Duration::from_millis(100);
 
 /// A byte on the line.

@@ -23,7 +23,7 @@ pub(crate) struct Scenario {
     pub(crate) frame: String,
     /// The user's own description, in TOML.
     pub(crate) description: String,
-    /// The payload of setpoint frames. Other frames carry random bytes.
+    /// The payload of setpoint frames. Other frames are examples with random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
     /// True if the machines drop pending bytes when the line is idle.
