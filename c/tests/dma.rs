@@ -170,8 +170,8 @@ fn run_in_rust(steps: &[[u8; 2]]) -> String {
     text
 }
 
-/// Runs each variant of both programs, and checks its output. The variants in C are with the HAL and with the LL
-/// drivers, on chips with and without the option to stop the DMA at an error.
+/// Runs each variant of both programs, and checks its output. The program in C is compiled for the HAL and for the LL
+/// drivers, and for chips with and without the option to stop the DMA at an error.
 fn run_all(steps: &[[u8; 2]], check: impl Fn(&str)) {
     let folder = TempDir::new().unwrap();
     let executable = folder.path().join("program");

@@ -332,7 +332,7 @@ fn values(case: &Case, code: &str) -> minijinja::Value {
     }
 }
 
-/// Returns the call that converts the floating-point numbers of a field in Rust to their bits.
+/// Returns the Rust call that converts the floating-point numbers of a field to their bits.
 fn rust_bits(code: &str, name: &str) -> &'static str {
     let declaration = format!("pub {name}: ");
     let kind = code.split_once(&declaration).map_or("", |(_, rest)| rest);

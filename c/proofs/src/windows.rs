@@ -210,9 +210,9 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Calls `step` with one of these numbers, which the prover chooses. The number is a constant in each call, because the
-/// loop compares no number with the chosen one. If it did, the compiler might pass the chosen number, which is no
-/// constant, to `step`.
+/// Calls `step` with one of these numbers, which the prover chooses. The loop does not compare `number` with an
+/// arbitrary number, because the compiler might then pass the arbitrary number to `step`. So the number is a constant
+/// in each call.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {
