@@ -1,5 +1,5 @@
 /* Proofs about the parts of a receiver with a buffer that depend on the layout: classifying, decoding and encoding. The
- * remaining part is the engine. The proofs in engine.c cover the engine for all layouts.
+ * proofs in engine.c cover the remaining part, the engine, for all layouts.
  *
  * The proofs show that a classification of up to MOST arbitrary bytes reads only these bytes, does not overflow, and
  * returns only answers that the engine allows.

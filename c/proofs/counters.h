@@ -1,5 +1,5 @@
-/* The receiver that harnesses in Rust step, and its counters. The including file defines RUST_REASONS: the reasons that the
- * Rust receiver counts, in its order, with the C name of each, or NONE. */
+/* The receiver that harnesses in Rust step, and its counters. The including file defines RUST_REASONS: for each reason
+ * that the Rust receiver counts, in the order of the Rust counters, the reason's name in C, or NONE. */
 static X(receiver) receiver;
 static X(message) message;
 

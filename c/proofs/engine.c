@@ -268,9 +268,8 @@ uint8_t c_starts(uint8_t byte)
     return any_starts(byte);
 }
 
-/* Checks that the Rust receiver asks the same question as the C receiver. `seen` is BEFORE plus the event for the question
- * `any_classify_before`. Returns the answer, with the outcome in the
- * low byte and the number in the high byte. */
+/* Checks that the Rust receiver asks the same question as the C receiver. For the question `any_classify_before`,
+ * `seen` is BEFORE plus the event. Returns the answer: the low byte is the outcome, and the high byte is the number. */
 uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)
 {
     const question it = questions[asked_in_rust];

@@ -1,8 +1,9 @@
 /* Proofs about the failsafe. A file that runs these proofs includes the failsafe's header and then this file. The
  * proofs cover all parameters that `init` accepts, and a call in any state that satisfies the invariant, at any time.
  * The harness of `init` is an exception: its travel times are below 256, or so long that `init` rejects them. The
- * proofs show that the call accesses only memory that it may access, does not overflow, and keeps the invariant. From
- * one call of `poll` to the next, the output of an axis changes by at most `failsafe_most_per_poll`. */
+ * proofs show that the call accesses only memory that it may access, does not overflow, and keeps the invariant. They
+ * also show that, from one call of `poll` to the next, the output of an axis changes by at most
+ * `failsafe_most_per_poll`. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"
@@ -164,8 +165,8 @@ void c_start(void)
     start();
 }
 
-/* Returns one part of the state. `which` selects the part: the first 21 are common, and from then on each axis has five
- * parts. */
+/* Returns one part of the state. `which` selects the part: the parts 0 to 20 belong to no axis, and after them each
+ * axis has five parts. */
 uint32_t c_state(uint8_t which)
 {
     const uint8_t axis = (uint8_t)((which - 21U) / 5U);

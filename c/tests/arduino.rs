@@ -181,14 +181,14 @@ struct Pulse {
 /// The pulses of each servo.
 struct Servos([Vec<Pulse>; 3]);
 
-/// The greatest difference between a measured position and the output, in units of 3.9 microseconds. Arduino's clock has
-/// steps of 4 microseconds, and an interrupt may delay an edge.
+/// The greatest difference between a measured position and the output, in units of 3.9 microseconds. Arduino's clock
+/// has steps of 4 microseconds, and an interrupt may delay an edge.
 const JITTER: u32 = 3;
 
-/// The greatest step between two pulses: the travel of 36 ms, if the whole travel takes 0.2 s.
+/// The greatest step between two pulses: the distance that a servo moves in 36 ms, if the whole travel takes 0.2 s.
 const MOST: u32 = 46;
 
-/// The greatest step in an approach, and on the way to park: the travel of 36 ms, if the whole travel takes 1 s.
+/// The greatest step in an approach, and on the way to park: the distance in 36 ms, if the whole travel takes 1 s.
 const SLOW: u32 = 10;
 
 impl Servos {
@@ -289,8 +289,8 @@ fn the_motion_platform_never_moves_to_a_wrong_position() {
     let end = line.now;
     let servos = Servos::run(line, &sketch("MotionPlatform"), &[]);
     servos.assert_at(end, RIGHT);
-    // The right position of each servo is below the middle, so the servos only descend, and never below the right
-    // position.
+    // Each servo starts in the middle. Its right position is a smaller number, so its position never increases, and
+    // never falls below the right position.
     for (pulses, right) in servos.0.iter().zip(RIGHT) {
         for pair in pulses.windows(2) {
             let [before, after] = [pair[0].position, pair[1].position];
@@ -460,7 +460,7 @@ fn the_crsf_receiver_ignores_further_bytes_of_the_payload() {
     send(&payload, 1811 / 8);
     payload[..2].copy_from_slice(&[0xAC, 0x00]);
     send(&payload[..22], 172 / 8);
-    // A frame without all channels has no known meaning.
+    // The sketch ignores a frame that has too few bytes for sixteen channels.
     send(&payload[..21], 172 / 8);
     line.pause(600_000);
     let end = line.now;

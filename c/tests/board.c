@@ -1,7 +1,7 @@
-/* Runs an ELF file on simavr's ATmega328P, the chip of an Arduino Uno. Reads lines of two numbers from standard input:
- * a gap in microseconds, and the event after it: a byte on the serial line, RESET or END. Prints each change of pins 9
- * to 13: the time in microseconds, the pin and the value. The value of pin 9 is the brightness if the pin is a PWM
- * output. */
+/* Runs an ELF file on simavr's ATmega328P, the chip of an Arduino Uno. Reads lines from standard input. Each line has
+ * two numbers: a gap in microseconds, and the event after the gap, which is a byte on the serial line, RESET or END.
+ * Prints each change of pins 9 to 13: the time in microseconds, the pin and the value. The value of pin 9 is the
+ * brightness if the pin is a PWM output. */
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>

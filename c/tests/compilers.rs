@@ -86,8 +86,8 @@ impl Compiler {
         Program(folder)
     }
 
-    /// Compiles a source file in the folder of the output. Unless `-c` is one of the options, links a program. A warning
-    /// is an error.
+    /// Compiles a source file in the folder of the output. Unless `-c` is one of the options, links a program. A
+    /// warning is an error.
     pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
         let (name, own) = self.command.split_once(' ').unwrap();
         let folder = output.parent().unwrap();
@@ -120,7 +120,7 @@ pub(crate) fn include_headers() -> String {
 }
 
 /// Returns a command that compiles with this compiler, or copies the output from the build folder if the same command
-/// has compiled the same source before. Its paths must be relative, so that it is the same command in each temporary
+/// has compiled the same source before. Give the command only relative paths, so that it is the same in each temporary
 /// folder.
 pub(crate) fn cached(compiler: &str) -> Command {
     let mut command = Command::new("ccache");
@@ -154,7 +154,7 @@ pub(crate) fn beside(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Asserts that two texts are the same. If the texts differ, shows the first different line.
+/// Asserts that two texts have the same lines.
 pub(crate) fn assert_same(found: &str, expected: &str) {
     for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
         assert_eq!(found, expected, "line {number}");

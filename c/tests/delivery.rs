@@ -1,4 +1,5 @@
-//! Tests that the programs in `docs/c.md` and in the README compile without a warning, and that a project can use the `CMake` target.
+//! Tests that the programs in `docs/c.md` and in the README compile without a warning, and that a project can use the
+//! `CMake` target.
 
 use std::fs;
 use std::process::Command;

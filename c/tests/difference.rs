@@ -276,8 +276,7 @@ struct Reference {
     is_window: bool,
     has_kinds: bool,
     can_fail: bool,
-    /// The Rust receiver with a window. If the format is BIN, this receiver takes the same bytes as the buffered
-    /// receiver.
+    /// Rust's receiver with a window, for BIN only. It takes the same bytes as the buffered receiver.
     bin: Option<Line<Receiver<Bin>>>,
 }
 
@@ -518,7 +517,7 @@ fn check_random(count: usize, bytes: usize) -> String {
     texts
 }
 
-/// Parts of descriptions. The long random test must draw each of them.
+/// Parts of descriptions. The long random test must draw a description with each of these parts.
 const DRAWN: &[&str] = &[
     "packets = 'slip'",
     "packets = 'hdlc'",
@@ -540,7 +539,8 @@ fn shipped_receivers_do_the_same_in_c_and_rust() {
     check(SHIPPED, CrcTable::Nibbles, &GCC, BYTES);
 }
 
-/// Only headers with a CRC depend on the table. `no_compiler_warns_of_headers` compiles the others as C++, too.
+/// Only headers with a CRC depend on the table of the CRC. `no_compiler_warns_of_headers` compiles the other headers as
+/// C++.
 #[test]
 fn receivers_with_byte_tables_do_the_same_in_cpp() {
     let mut count = 0;

@@ -170,8 +170,8 @@ fn run_in_rust(steps: &[[u8; 2]]) -> String {
     text
 }
 
-/// Runs each variant of both programs, and checks its output. The variants in C are with the HAL and with the LL
-/// drivers, on chips with and without the option to stop the DMA at an error.
+/// Runs each variant of both programs, and checks its output. The program in C is compiled for the HAL and for the LL
+/// drivers, and for chips with and without the option to stop the DMA at an error.
 fn run_all(steps: &[[u8; 2]], check: impl Fn(&str)) {
     let folder = TempDir::new().unwrap();
     let executable = folder.path().join("program");
@@ -199,7 +199,7 @@ fn run_all(steps: &[[u8; 2]], check: impl Fn(&str)) {
 /// A stream on the line.
 #[derive(Default)]
 struct Stream {
-    /// A byte or silence for each time.
+    /// A byte or silence for each byte time.
     slots: Steps,
     /// The text of each whole frame, and the times of its bytes.
     frames: Vec<(String, Range<usize>)>,
@@ -414,7 +414,7 @@ fn errors_cost_only_the_frames_that_they_touch() {
         assert_eq!(outputs.len(), cases.len());
         for ((stream, errors), output) in cases.iter().zip(outputs) {
             stream.check(errors, output);
-            // If the interrupt of the only error is on time, no program takes the corrupted byte.
+            // If there is only one error, and its interrupt is on time, no program takes the corrupted byte.
             let is_on_time = matches!(errors[..], [(from, to)] if to == from);
             assert!(!is_on_time || !output.contains("mismatch"), "{errors:?}");
         }

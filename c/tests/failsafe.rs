@@ -18,7 +18,7 @@ struct Trial {
     said: String,
     /// The number of polls in each phase.
     phases: [usize; 5],
-    /// The faults that the failsafe counted: of the clock, late polls, slow frames.
+    /// The numbers of clock faults, late polls and slow frames that the failsafe counted.
     faults: [u32; 3],
     /// The reasons for which contradictory parameters were refused.
     refusals: BTreeSet<String>,
@@ -169,7 +169,7 @@ fn parameters<D: Demand, const AXES: usize>(
     }
 }
 
-/// Returns the parameters after a change of one of them, which makes them invalid.
+/// Changes the parameters so that they are invalid, and returns them.
 fn contradiction<D: Demand, const AXES: usize>(
     mut p: FailsafeParameters<D, AXES>,
     random: &mut ChaCha8Rng,

@@ -72,7 +72,7 @@ pub(crate) fn sometimes_faulty(frame: &Vec<u8>, random: &mut ChaCha8Rng) -> Vec<
     }
 }
 
-/// Returns cases with the shipped descriptions, others, and random ones.
+/// Returns cases with the shipped descriptions, with those of `others` and `forms`, and with random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
     let shipped = SHIPPED.iter().copied().chain(others()).chain(forms());
@@ -142,8 +142,8 @@ where
             &mut note,
         );
     }
-    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts with
-    // neither a sync nor a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
+    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are DMX512, and
+    // layouts with neither a sync nor a checksum: their receivers may discard no byte.
     let layout = description.kinds[0].layout();
     let takes_all = layout.sync.length == 0 && layout.checksum.is_none() || name == "dmx512";
     assert!(
@@ -332,7 +332,7 @@ fn values(case: &Case, code: &str) -> minijinja::Value {
     }
 }
 
-/// Returns the call that converts the floating-point numbers of a field in Rust to their bits.
+/// Returns the Rust call that converts the floating-point numbers of a field to their bits.
 fn rust_bits(code: &str, name: &str) -> &'static str {
     let declaration = format!("pub {name}: ");
     let kind = code.split_once(&declaration).map_or("", |(_, rest)| rest);
@@ -435,8 +435,8 @@ fn in_rust(cases: &[Case]) {
     check(&cargo(&["run"], &input(cases)), cases);
 }
 
-/// Compiles and runs programs that include the headers, as C99 and as C++17. One program with all headers would take too
-/// long to compile.
+/// Compiles and runs programs that include the headers, as C99 and as C++17. One program with all headers would take
+/// too long to compile.
 fn in_c(cases: &[Case]) {
     cases.chunks(15).for_each(part_in_c);
 }

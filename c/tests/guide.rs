@@ -55,7 +55,8 @@ const BYTE_IN_CONTROL: u8 = 2;
 /// In the programs with a ring buffer and with a queue: a byte with an error.
 const ERROR: u8 = 2;
 
-/// Returns the output of the program with a failsafe, and its receiver. The interrupt puts setpoints into a mailbox.
+/// Does in Rust what the program with a failsafe does in C. Returns the output and the receiver. The interrupt puts
+/// setpoints into a mailbox.
 fn interrupt_and_control(steps: &[u8]) -> (String, Line<Receiver<Bin>>) {
     let mut line = Line::new(Receiver::<Bin>::new());
     let parameters = FailsafeParameters::for_clock(1_000, 10, [128; 3]);

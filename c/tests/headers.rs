@@ -65,10 +65,12 @@ fn without_prefixes(name: &str, prefixes: &[&str]) -> String {
     prefixes.iter().fold(text, remove)
 }
 
-/// The lines of `gnss.h` that `nmea.h` does not need, because its receiver never has more bytes than the longest sentence.
+/// The lines of `gnss.h` that `nmea.h` does not need, because the receiver of `nmea.h` never has more bytes than the
+/// longest sentence.
 const LONGEST_SENTENCE: &str = "    if (count > 515U) {\n        count = 515U;\n    }\n";
 
-/// If this test passes, the proofs about the header of each protocol also hold for the header of several protocols.
+/// If this test passes, the proofs about the classification in the headers of single protocols also hold for `gnss.h`
+/// and `mavlink.h`.
 #[test]
 fn headers_for_several_protocols_classify_as_the_header_of_each() {
     for (several, each) in [

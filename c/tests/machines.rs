@@ -226,8 +226,8 @@ fn figures_are_as_the_page_says() {
             .to_owned();
     // The longest sentence, with a wrong checksum. Only its first byte can begin a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
-    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. `push` delivers no frame of
-    // Modbus RTU, because silence ends it.
+    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. `push` delivers no frame
+    // of Modbus RTU, because silence ends it.
     for (name, kind, text, worst) in [
         ("BIN", "bin", shipped("bin").unwrap(), &b"AB"[..]),
         ("CRSF", "crsf", shipped("crsf").unwrap(), &[0xC8, 0x3C]),

@@ -1,4 +1,4 @@
-/* Checks that a refused call changes nothing, and that a line event counts the same frames without a callback.
+/* Checks that a refused call changes nothing, and that a line event counts the same frames with and without a callback.
  * receiver.h, which the test writes, includes the header, and defines the names that difference.c explains. Standard
  * input has bytes with frames. */
 #include "receiver.h"

@@ -8,7 +8,7 @@ use crate::compilers::{CLANGXX, Compiler, GCC};
 use crate::descriptions::other;
 use crate::difference::{Case, random_cases};
 
-/// The number of bytes that a receiver takes.
+/// The minimum number of bytes in a stream.
 const BYTES: usize = 8_000;
 
 /// Checks a receiver. Returns the number of frames that line events have delivered.

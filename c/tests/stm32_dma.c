@@ -64,7 +64,8 @@ uint32_t microseconds(void)
     return time;
 }
 
-/* Returns the number of transfers until the end of the buffer. It may also be 0 before the first transfer. */
+/* Returns the number of transfers until the end of the buffer. At the beginning of the buffer, returns DMA_SIZE and 0
+ * by turns, because the program must accept both. */
 uint32_t dma_counter(void)
 {
     static bool is_zero;
@@ -141,7 +142,7 @@ HAL_StatusTypeDef HAL_UART_Transmit_DMA(UART_HandleTypeDef *huart, const uint8_t
 }
 
 /* The HAL clears the flags before it stops the DMA, so the DMA fetches the corrupted byte. On some chips, the DMA stops
- * later: a timer's interrupt may come in between. */
+ * a while later, and a timer's interrupt may come before it has stopped. */
 static void error_interrupt(void)
 {
     if (is_running) {
@@ -155,7 +156,7 @@ static void error_interrupt(void)
     }
 }
 
-/* Sends two replies. The second must wait until the first is sent. */
+/* Sends two replies. `reply` must refuse the second one until the first has been sent. */
 static void check_reply(void)
 {
     static const uint8_t payload[2] = {1, 2};

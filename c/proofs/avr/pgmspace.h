@@ -34,7 +34,7 @@ static uint32_t number_at(const uint16_t *entry)
     return (index < KNOWN) ? known[index].number : NO_MESSAGE;
 }
 
-/* For the harnesses in Rust. */
+/* Sets an entry of the table. Only harnesses in Rust call this function. */
 void c_know(uint8_t place, uint32_t number, uint8_t extra)
 {
     known[place].number = number;

@@ -73,8 +73,9 @@ unsafe extern "C" {
     safe fn c_know(place: u8, number: u32, extra: u8);
 }
 
-/// Checks the classification of up to `MOST` bytes, which begin with `first` if it is stated. If frames have a delimiter,
-/// assumes that the first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on `seen`.
+/// Checks the classification of up to `MOST` bytes, after `seen` of them have been classified before. If `first` is
+/// stated, it is the first byte. If frames have a delimiter, assumes that the first `seen` bytes are incomplete.
+/// Without a delimiter, the classification does not depend on `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT: bool>(
     format: &F,
     first: Option<u8>,
@@ -113,7 +114,7 @@ fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT
     kani::cover!(outcome == 9 && count > 1, "an incomplete frame");
 }
 
-/// Returns the results that `c_classify` and `c_number` have for this classification.
+/// Returns the results of `c_classify` and `c_number` that correspond to this classification.
 fn in_c(classification: Classification) -> (u8, usize) {
     let why = match classification {
         Classification::Frame(length) => return (8, length),
@@ -134,8 +135,8 @@ fn in_c(classification: Classification) -> (u8, usize) {
 }
 
 /// Defines the harnesses of formats, in a module with the name of the C file. Each entry states the format, the first
-/// byte if it is constant, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and whether
-/// silence ends them.
+/// byte if it is constant, the greatest number of bytes, the bound on the loops, whether frames have a delimiter, and
+/// whether silence ends them.
 macro_rules! for_formats {
     ($($file:ident { $($name:ident $format:expr, $first:expr, $most:literal $bound:literal $has_delimiter:literal $is_silent:literal;)* })*) => {
         $(

@@ -63,7 +63,7 @@ impl Format for Any {
     }
 }
 
-/// This number plus the event stands for `classify_before` in the questions to the classifier in C.
+/// For the question `classify_before`, the argument `seen` of `c_answer` is this number plus the event.
 const BEFORE: u8 = 250;
 
 /// Returns the answer of the classifier in C.

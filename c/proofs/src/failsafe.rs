@@ -3,7 +3,7 @@
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. `poll` multiplies the time by a speed. The solver cannot
 //! compare such multiplications in C and in Rust in reasonable time, if both numbers are large. So `way_is_same`
-//! compares the multiplication for times of 4 bits, and `move_is_same` moves the axes by any distance.
+//! compares the multiplication only for times below 16, and `move_is_same` replaces its result by any distance.
 
 use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};
 

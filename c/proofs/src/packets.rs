@@ -1,7 +1,6 @@
-//! Proves that receivers of packets do the same in C and in Rust. The receivers take a stream of six bytes and line
-//! events, in any order. After each step, both receivers have delivered the same packet or none, and have the same
-//! counters and the same number of pending bytes.
-//! The packets have up to three bytes.
+//! Proves that receivers of packets do the same in C and in Rust. Both receivers take the same six items. Each item is
+//! any byte or any line event. After each item, both receivers have delivered the same packet or none, and have the
+//! same counters and the same number of pending bytes. The packets have up to three bytes.
 
 use framelock::{Format, Line, PacketReceiver};
 use framelock_formats::packet::{Cobs, Slip};

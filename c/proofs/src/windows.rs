@@ -2,9 +2,9 @@
 //! and a line event each have the same results in both languages: the message, the counters and the pending bytes. The
 //! next states are related too.
 //!
-//! For six axes, the proofs cover only up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust
-//! receiver rejects the frame immediately. The C receiver rejects the frame one byte later, as a `BufferedReceiver`
-//! with the same layout does.
+//! For six axes, the proofs cover only up to 13 pending bytes. With more pending bytes, the receivers differ: if the
+//! first byte of the terminator is wrong, the Rust receiver rejects the frame immediately. The C receiver rejects the
+//! frame one byte later, as a `BufferedReceiver` with the same layout does.
 
 use core::ops::Range;
 
@@ -210,8 +210,9 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Calls `step` with one of these numbers, which the prover chooses. The number is a constant in each call. A
-/// comparison with an arbitrary number would make the compiler pass the arbitrary number to `step`.
+/// Calls `step` with one of these numbers, which the prover chooses. The loop does not compare `number` with an
+/// arbitrary number, because the compiler might then pass the arbitrary number to `step`. So the number is a constant
+/// in each call.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {

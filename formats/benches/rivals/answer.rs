@@ -1,4 +1,5 @@
-//! Compares the frames that a receiver delivered with the frames that arrived whole, and with the reference.
+//! Compares the frames that a receiver delivered with the frames that arrived whole, and framelock's frames also with
+//! those of a naive reference.
 
 use std::collections::HashMap;
 
@@ -12,8 +13,7 @@ use crate::streams::Stream;
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// The number of delivered frames that did not arrive whole or were never sent. Such a frame is a damaged frame
-    /// whose check is correct, or a frame inside another frame's payload.
+    /// The number of delivered frames that did not arrive whole or were never sent.
     pub(crate) false_frames: usize,
     /// The greatest number of bytes that arrive between the last byte of a frame and the frame's delivery.
     pub(crate) latest: usize,

@@ -25,11 +25,11 @@ pub(crate) struct Delivered {
     pub(crate) taken: usize,
 }
 
-/// The frames that the reference finds in a stream.
+/// A naive reference: returns the positions of the frames in a stream.
 pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 
-/// A contender as a trait object, so that one list holds all contenders. A stream is passed in pieces of the given
-/// number of bytes.
+/// A contender as a trait object, so that one list holds all contenders. Both functions take a stream, and the number
+/// of bytes in each piece of the stream that they pass to the contender.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
     /// The programs of `on-chip` with this receiver. Each entry has the text to append to the protocol's feature, such
@@ -39,7 +39,7 @@ pub(crate) struct Entry {
     pub(crate) deliver: Box<dyn Fn(&[u8], usize) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], usize) -> Duration>,
-    /// The naive reference for framelock's own receiver; `None` for other crates.
+    /// The reference for framelock's own receiver; `None` for other crates.
     pub(crate) reference: Option<Reference>,
 }
 

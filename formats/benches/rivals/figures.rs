@@ -1,5 +1,5 @@
-//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md`: the table's name, then the
-//! cells. A test of xtask compares the tables in the page with the file.
+//! The measured figures, in `figures.tsv`. Each line is a row of a table in `docs/rivals.md`: the table's name, then
+//! the cells. A test of xtask compares the tables in the page with the file.
 
 use std::error::Error;
 use std::fs;
@@ -44,7 +44,7 @@ pub(crate) fn check(new: &[Row]) -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// Returns the row with the day, the compiler and the processor of a command's run.
+/// Returns a row with this command, today's date, the compiler and the processor.
 pub(crate) fn run_of(command: &str) -> Result<Row, Box<dyn Error>> {
     let all = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let mut lines = all.lines();

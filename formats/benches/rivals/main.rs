@@ -1,5 +1,5 @@
-//! Compares framelock's receivers with other crates for the same protocols, on the same faulty streams, and measures the
-//! cost of a byte. docs/rivals.md has the commands and the results.
+//! Compares framelock's receivers with other crates for the same protocols, on the same faulty streams, and measures
+//! the cost of a byte. docs/rivals.md has the commands and the results.
 
 #![allow(
     clippy::indexing_slicing,

@@ -26,7 +26,7 @@ pub(crate) struct Protocol {
     pub(crate) sync_dense: &'static [u8],
     /// The bytes that each hostile stream repeats.
     pub(crate) hostile: &'static [&'static [u8]],
-    /// Makes a frame, without framelock except for formats that no other crate implements.
+    /// Makes a frame. Uses framelock only for formats that no other crate implements.
     pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
     /// Extracts from a frame the key that identifies this frame in the comparison. The key is a part of the frame that
     /// every receiver returns to its user.

@@ -8,8 +8,8 @@ use crate::streams::{FAULTS, Stream};
 
 /// The number of frames in a stream.
 const FRAMES: u16 = 6_000;
-/// The number of times that each measurement is repeated. Only the fastest one counts, because other work on the
-/// machine can only slow a measurement down.
+/// The number of times that each measurement is repeated. Only the fastest measurement counts, because other work on
+/// the machine can only slow a measurement down.
 const ROUNDS: usize = 60;
 /// The pieces in which the receivers get a stream: single bytes, 64 bytes (a common size for half of a DMA buffer), and
 /// the whole stream.
@@ -27,8 +27,8 @@ struct Contender {
     entry: Entry,
     by_byte: Vec<Answer>,
     by_chunk: Vec<Answer>,
-    /// The speed in megabytes per second in chunks of 64 bytes, for each stream. The last two elements are the speeds
-    /// for the first stream, passed byte by byte and as a whole.
+    /// Speeds in megabytes per second. There is one for each stream, passed in chunks of 64 bytes. The last two are for
+    /// the first stream, passed byte by byte and as a whole.
     speeds: [f64; FAULTS.len() + 2],
 }
 

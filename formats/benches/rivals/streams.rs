@@ -18,10 +18,10 @@ const BEHIND: [u8; 300] = [0x55; 300];
 /// The faults of the line.
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
-    /// The probabilities that a byte is lost, and that one of its bits is inverted.
+    /// The probability that a byte is lost, and the probability that one bit of a byte is inverted.
     lost: f64,
     flipped: f64,
-    /// The probability that a burst of random bytes begins at a byte. They replace the sent bytes.
+    /// The probability that a burst of random bytes begins at a byte. These bytes replace the sent bytes.
     burst: f64,
     is_sync_dense: bool,
     loses_lengths: bool,
@@ -35,7 +35,7 @@ const CLEAN: Fault = Fault {
     loses_lengths: false,
 };
 
-/// The columns of the tables in docs/rivals.md.
+/// The faults of the streams, one for each column of the tables of lost and false frames in docs/rivals.md.
 #[rustfmt::skip]
 pub(crate) const FAULTS: [Fault; 7] = [
     CLEAN,

@@ -1,5 +1,5 @@
-//! Tests the check of layouts. For each contradiction, the check must return an error that names the wrong part. A
-//! layout without frames has no example.
+//! Tests the check of layouts. For each contradiction, the check must return an error that names the wrong part. If no
+//! frame satisfies a layout, the layout has no example frame.
 
 use framelock::{BufferedReceiver, DiscardReason, Format, Found, Frame, LineEvent};
 use framelock_formats::layout::{

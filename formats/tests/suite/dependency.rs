@@ -1,5 +1,5 @@
-//! Compiles packages that depend on both crates. A package may rename the crates. If a package gives a format to the
-//! wrong receiver, the compiler's error must name the right receiver.
+//! Compiles packages that depend on the crates framelock and framelock-formats. A package may rename the crates. If a
+//! package gives a format to the wrong receiver, the compiler's error must name the right receiver.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,5 @@
-//! Tests ways in which frames end, and the checksums that common protocols have: Modbus RTU, whose frames end with
-//! silence, checksums after the terminator, and unusual sums and XORs.
+//! Tests layouts of common protocols: frames that end with silence (Modbus RTU), checksums after the terminator, and
+//! unusual sums and XORs.
 
 use std::cell::Cell;
 
@@ -94,7 +94,7 @@ fn line() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 0..16).prop_map(|steps| steps.concat())
 }
 
-/// At each pause, the receiver delivers only the longest frame that ends there and begins after the last event.
+/// At each pause, the receiver delivers only the longest frame that ends there and begins after the previous event.
 #[test]
 fn the_longest_suffix_before_a_pause_is_delivered() {
     let (all, with_noise) = (Cell::new(0), Cell::new(0));
@@ -127,8 +127,8 @@ fn the_longest_suffix_before_a_pause_is_delivered() {
     );
 }
 
-/// If two frames have no pause between them, the last one is delivered. A pause inside a frame costs this frame. An
-/// error delivers nothing. The longest frame has 256 bytes.
+/// If two frames have no pause between them, only the second frame is delivered. A pause inside a frame costs this
+/// frame. An error delivers nothing. The longest frame has 256 bytes.
 #[test]
 fn missed_and_false_pauses_and_the_longest_frame() {
     let [first, second] = [b"\x01\x03\x02\x00\x07", b"\x02\x03\x02\x12\x34"].map(|it| modbus(it));
@@ -152,7 +152,7 @@ fn missed_and_false_pauses_and_the_longest_frame() {
         assert_eq!(of(&[(&modbus(&vec![1; count]), idle)]).0.len(), frames);
     }
 
-    // The first byte of the frame counts as a checksum mismatch, although a line event ends the frame.
+    // The discarded first byte counts as a checksum mismatch. It does not count as discarded at a line event.
     let broken = [&first[..6], &[first[6] ^ 1]].concat();
     let (frames, counters) = of(&[(&broken, idle)]);
     assert!(frames.is_empty());
@@ -204,7 +204,7 @@ fn silence_beside_other_kinds() {
     }
 }
 
-/// The negated sum of one byte: the sum of all bytes, with the checksum, is zero.
+/// A checksum byte that makes the sum of all bytes zero, modulo 256.
 const NEGATED: Checksum = Checksum {
     initial: 0xFF,
     xor_out: 0xFF,

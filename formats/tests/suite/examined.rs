@@ -1,5 +1,5 @@
 //! Counts the bytes that a receiver passes to its format in one call. The test `limits` and the benchmark that writes
-//! `docs/rivals.md` use it.
+//! `docs/rivals.md` use this module.
 
 use std::cell::Cell;
 use std::fmt::Write as _;
@@ -20,7 +20,7 @@ use framelock_formats::ubx::Ubx;
 struct Counting<'c, F> {
     format: F,
     count: &'c Cell<usize>,
-    /// Whether the format examines bytes in `classify_before`. A format of one layout does not.
+    /// Whether the format examines bytes in `classify_before`. Of the formats in this file, only `Gnss` does.
     is_asked_before: bool,
 }
 
@@ -72,8 +72,8 @@ type Row = (&'static str, usize, Examined);
 /// Asserts that no call examines more bytes than its bound.
 ///
 /// Pushes a false start that claims the longest frame, and then repeats `start`, which begins another false start. So
-/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines, before
-/// and after this last byte.
+/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines,
+/// before and after this last byte.
 fn row<F: Format, const N: usize>(
     name: &'static str,
     format: F,

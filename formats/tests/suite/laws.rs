@@ -58,7 +58,7 @@ fn each_format_keeps_the_laws() {
     keeps_the_laws(&mavlink2, &[shortest, long, signed]);
 }
 
-/// `check_laws` uses the longest frame of the format's value, which may be shorter than `LONGEST`.
+/// `check_laws` uses the result of `Format::longest`, which may be smaller than `LONGEST`.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     /// A deliberate mistake: `AnyOf` states a longest frame that is too short.
@@ -86,7 +86,8 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
 /// The frame that a format finds before a line event must not be longer than the bytes.
 #[test]
 fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
-    /// A deliberate mistake: at one kind of line event, the format claims the longest frame.
+    /// A deliberate mistake: at one kind of line event, the format claims a frame of the longest length, however few
+    /// bytes there are.
     #[derive(Clone, Copy)]
     struct Impatient(LineEvent);
     impl Format for Impatient {

@@ -1,4 +1,5 @@
-//! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a catalogue.
+//! Checks the formats against frames that other projects made or read, in `frames.txt`, and the CRCs against a
+//! catalogue.
 
 use framelock::{Encode as _, EncodeInto, Receiver};
 use framelock_formats::layout::{Algorithm, Checksum, Crc, Table};
@@ -118,7 +119,7 @@ proptest! {
     }
 }
 
-/// Each format refuses the messages that its documentation names, and only these.
+/// Each format refuses to encode the messages that its documentation names, and only these.
 #[test]
 fn a_message_without_a_frame_is_not_encoded() {
     fn is_encoded<F: EncodeInto>(format: &F, message: F::Message<'_>) -> bool {

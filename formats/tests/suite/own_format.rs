@@ -1,5 +1,5 @@
-//! Tests the example of handwritten formats: it prints the lines at its end, its format keeps the laws, and its handler
-//! delivers the right texts after one pause.
+//! Tests the example `own_format`. It prints the lines of the comment at its end, its format keeps the laws, and its
+//! receiver delivers the right texts after one pause.
 
 use std::cell::RefCell;
 
@@ -47,7 +47,7 @@ fn sum(text: &[u8]) -> u8 {
 
 #[test]
 fn the_receiver_of_texts_is_right_after_one_pause() {
-    // The text contains the sum of the wrong frame, `!`, and the beginning of the wrong frame.
+    // The text contains `!`, which is the sum of the wrong frame, and then the beginning of the wrong frame.
     let mut frame = b"\xAA\x08ab!\xAA\x08cdD".to_vec();
     frame.push(sum(&frame[2..]));
     let wrong = [&frame[7..], &frame[..4]].concat();

@@ -25,8 +25,8 @@ use hint::Stream;
 use recording::Recording;
 use summary::Summary;
 
-/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived, and again
-/// whenever the number of bytes has doubled.
+/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived. It looks
+/// again whenever the number of bytes has doubled.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 

@@ -1,5 +1,4 @@
-//! Writes frames for people and programs: as JSON, comma-separated values, or columns of text. Each value is appended
-//! to a row, digit by digit.
+//! Writes frames for people and programs: as JSON, comma-separated values, or columns of text.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Write as _;
@@ -20,8 +19,8 @@ pub(crate) struct Place {
 #[derive(Clone)]
 struct KindRow {
     kind: Kind,
-    /// The groups of columns that are written together. A group has the index of a field, or `None` if this kind lacks
-    /// the columns, then the number of the field's first value in the group, and the number of columns.
+    /// The groups of columns that are written together. A group has three parts: the index of a field (`None` if this
+    /// kind lacks the columns), the number of the first value that the group shows, and the number of columns.
     cells: Vec<(Option<usize>, usize, usize)>,
     /// The text before the value of each varying field in a JSON object, such as `,"pitch":`.
     json_names: Vec<String>,
@@ -63,13 +62,13 @@ pub(crate) struct FrameWriter {
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
     has_kinds: bool,
-    /// The names of the kinds and messages that are written, if not all are.
+    /// The names of the kinds and messages that are written; empty if all are written.
     only: Vec<String>,
 }
 
 impl FrameWriter {
-    /// Creates a writer of the kinds of frames and the messages with these names, or of all kinds if there are no names.
-    /// Only the columns of these kinds and messages are written.
+    /// Creates a writer of the kinds of frames and the messages in `only`, or of all kinds if `only` is empty. The
+    /// output has only the columns of these kinds and messages.
     pub(crate) fn new(protocol: Protocol, only: &[String]) -> Result<Self> {
         let description = &protocol.description;
         let names = description.kind_names();
@@ -103,7 +102,8 @@ impl FrameWriter {
         self.kind_row(frame).kind.name_of(frame)
     }
 
-    /// Appends the header of comma-separated values. With units, a column's name is followed by its unit in parentheses.
+    /// Appends the header of comma-separated values. With units, a column's name is followed by its unit in
+    /// parentheses.
     pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool, has_units: bool) {
         if has_time {
             row.extend(b"time,");
@@ -127,7 +127,7 @@ impl FrameWriter {
         row.push(b'\n');
     }
 
-    /// Returns the unit of each column; `None` if its fields have different units or none.
+    /// Returns the unit of each column; `None` if the fields in the column have different units, or no unit.
     fn units(&self) -> HashMap<String, Option<&str>> {
         let mut units = HashMap::new();
         let kinds = self.kind_rows.iter().map(|row| &row.kind);
@@ -232,7 +232,7 @@ impl FrameWriter {
                 value.append_json_to(row);
                 row.push(b',');
             }
-            // Every array has a value. The last comma becomes a bracket.
+            // The last comma becomes a bracket. There is one, because no array is empty.
             row.pop();
             row.push(b']');
         }
@@ -250,8 +250,8 @@ impl FrameWriter {
         self.append_text(row, frame);
     }
 
-    /// Appends a frame's length, its kind and its fields: the name, the values and the unit. Numbers are padded to three
-    /// characters, so that they form columns.
+    /// Appends a frame's length, its kind and its fields: the name, the values and the unit. Numbers are padded to
+    /// three characters, so that they form columns.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
         if !self.protocol.has_setpoints() {
             row.extend(b"   length ");
@@ -277,7 +277,7 @@ impl FrameWriter {
     }
 }
 
-/// Returns whether a name is one of these. If there are none, returns true for every name.
+/// Returns whether `name` is one of `names`. If `names` is empty, returns true for every name.
 fn is_among(name: &str, names: &[String]) -> bool {
     names.is_empty() || names.iter().any(|one| one.eq_ignore_ascii_case(name))
 }

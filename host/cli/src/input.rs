@@ -27,7 +27,8 @@ pub(crate) struct Input<'a> {
     /// The input's name in messages.
     pub(crate) name: String,
     reader: Box<dyn Read + Send + 'a>,
-    /// Whether the input is a regular file. Such a file does not tell when its bytes arrived.
+    /// Whether the input is a regular file. The time at which bytes are read from a file is not the time at which they
+    /// arrived.
     pub(crate) is_file: bool,
     /// A mask with the data bits of a byte.
     mask: u8,

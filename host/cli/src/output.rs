@@ -1,5 +1,5 @@
-//! Outputs: a file, standard output or a serial port. Also the messages on standard error, this process's exit code, and
-//! its reaction to Ctrl-C.
+//! Outputs: a file, standard output or a serial port. Also the messages on standard error, this process's exit code,
+//! and its reaction to Ctrl-C.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};

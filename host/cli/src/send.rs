@@ -144,7 +144,7 @@ fn report(transmission: &Transmission, line: &str) {
 }
 
 impl Arguments {
-    /// Returns whether the line is a port. Standard output has no known speed.
+    /// Returns whether the line is a port and not standard output, whose speed is unknown.
     fn is_port(&self) -> bool {
         self.line.as_os_str() != "-"
     }

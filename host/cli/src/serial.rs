@@ -220,8 +220,8 @@ fn is_there(path: &Path) -> bool {
     })
 }
 
-/// Returns the open device if `path` is a serial port. On Unix, a serial port is a terminal device that is not the user's
-/// own terminal.
+/// Returns the open device if `path` is a serial port. On Unix, a serial port is a terminal device that is not the
+/// user's own terminal.
 #[cfg(unix)]
 fn device(path: &Path) -> Result<Option<impl Sized>> {
     use rustix::fs::{FileType, Mode, OFlags, Stat, open, stat};

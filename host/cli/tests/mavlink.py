@@ -110,7 +110,7 @@ class Field:
 
 
 def definitions(name, enums, messages):
-    """Reads the enums and the messages of a definition, without those of pymavlink's own parser."""
+    """Reads the enums and the messages of a definition without pymavlink's own parser."""
     root = ElementTree.parse(os.path.join(FOLDER, name)).getroot()
     for include in root.iter("include"):
         definitions(include.text, enums, messages)
@@ -205,8 +205,8 @@ def check(dialect):
                 missing += expected.count(None)
             compared += 1
     assert missing > 100 and named > 100, (missing, named)
-    # A row does not tell the version of MAVLink, so `encode` makes frames of MAVLink 2. A table has thousands of columns,
-    # so it has only one frame of each message.
+    # A row does not tell the version of MAVLink, so `encode` makes frames of MAVLink 2. A table has thousands of
+    # columns, so it has only one frame of each message.
     of_2 = [(name, frame) for name, version, *_, frame in packed if version == 2]
     for form, frames in (("jsonl", of_2), ("csv", of_2[1 :: len(ROUNDS)])):
         table = framelock(["decode", "--frame", path, "--format", form], b"".join(frame for _, frame in frames))

@@ -1,5 +1,5 @@
-//! Prints the view of each position on a line as JSON, without the line's cells. The tests in a browser compare the page
-//! with these views: `views ADDRESS`.
+//! For each position of a simulated line, prints what `Run::view` returns without cells. The tests in a browser compare
+//! the page with these views: `views ADDRESS`.
 
 use framelock_web::Run;
 

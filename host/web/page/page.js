@@ -174,7 +174,7 @@ function focusCell(node) {
   node.focus();
 }
 
-/** Sends these bytes instead of frames, or frames if there are none, and plays. */
+/** Sends these bytes instead of frames, or frames if there are no bytes, and plays. */
 function sendBytes(text) {
   const before = page;
   change(`edits=&at=0&bytes=${text}`);

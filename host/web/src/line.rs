@@ -13,7 +13,7 @@ use crate::scenario::{Action, Scenario};
 const BYTE: u64 = 8_333;
 const PAUSE: u64 = 5 * BYTE;
 
-/// The time of a frame of setpoints with its pause. The motion advances by this time from frame to frame.
+/// The time of a BIN frame with its pause. The motion advances by this time from frame to frame.
 const FRAME_TIME: Duration = Duration::from_millis(100);
 
 /// A byte on the line.
@@ -95,8 +95,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     }
 }
 
-/// Returns the bytes as the sender sends them, with a pause after each frame. A frame is what the receiver finds on a
-/// line without faults.
+/// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those that the receiver
+/// finds on a line without faults.
 fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError> {
     let cells = frames.iter().flatten().map(|&byte| Cell {
         sent: Some(byte),

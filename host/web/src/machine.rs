@@ -94,8 +94,8 @@ impl Machine {
         }
     }
 
-    /// Processes a byte that arrives at the time `at`. If this byte completes a frame that arrived intact, `whole` is the
-    /// frame's length.
+    /// Processes a byte that arrives at the time `at`. If this byte completes a frame that arrived intact, `whole` is
+    /// the frame's length.
     pub(crate) fn push(&mut self, byte: u8, at: u32, whole: Option<usize>) {
         if let Some(length) = whole {
             let end = self.line.decided() + self.line.pending().len() + 1;
@@ -154,7 +154,7 @@ impl Machine {
         self.miss(self.line.decided());
     }
 
-    /// Counts the delivery of these bytes as a frame.
+    /// Counts these bytes, which the machine delivered as a frame, as a correct or a wrong delivery.
     fn deliver(&mut self, bytes: &Range<usize>) -> Fate {
         self.miss(bytes.start);
         if self

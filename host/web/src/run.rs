@@ -58,7 +58,7 @@ impl Run {
         self.cells.len()
     }
 
-    /// Returns the last position: the end of all bytes and of the silence after them.
+    /// Returns the last position, which is the end of the silence after the bytes.
     pub fn positions(&self) -> usize {
         self.cells.len() + SILENT_STEPS
     }

@@ -10,7 +10,7 @@ use framelock_receiving::Protocol;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
-/// The name, in the address, of frames that the user describes.
+/// Names the user's own frames in the page's address.
 pub(crate) const OWN: &str = "own";
 
 /// The description that the user starts with, if the address contains none.
@@ -23,7 +23,7 @@ pub(crate) struct Scenario {
     pub(crate) frame: String,
     /// The user's own description, in TOML.
     pub(crate) description: String,
-    /// The payload of setpoint frames. Other frames carry random bytes.
+    /// The payload of setpoint frames. Other frames are examples with random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
     /// True if the machines drop pending bytes when the line is idle.

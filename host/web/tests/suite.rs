@@ -277,7 +277,7 @@ fn examples_of_every_frame_format_are_sent_and_delivered() {
     for (name, about) in &listed {
         assert!(!about.is_empty() && !about.contains('#'), "{name}: {about}");
         let run = opened(&format!("frame={name}&frames=30"));
-        // A pause or a break may end the last frame.
+        // Look one step after the last byte, because a pause or a break may end the last frame.
         let machine = see(&run, run.bytes() + 1, "/machines/0");
         assert_eq!(machine["tally"]["delivered"], 30, "{name}");
         assert_eq!(machine["status"], "LISTENING");

@@ -1,8 +1,9 @@
-//! Hints: the reason why the bytes of a stream are in no frame. A hint names only what the bytes show.
+//! Hints: messages that say why the bytes of a stream are in no frame. A hint states a reason only if the bytes show
+//! it.
 //!
-//! The beginning of a bad stream is received in other ways: in other notations, with other line ends, as frames of other
-//! descriptions, and with other checksums. The hint names the first way in which nearly all bytes become frames, unless
-//! random bytes would also become frames in this way.
+//! Hints are found by trying: the beginning of a bad stream is received in other notations, with other line ends, as
+//! frames of other descriptions, and with other checksums. The hint names the first way in which nearly all bytes
+//! become frames, unless random bytes would also become frames in this way.
 
 use std::collections::HashSet;
 
@@ -62,8 +63,8 @@ impl Stream<'_> {
         }
     }
 
-    /// Returns true if the beginning is text that consists mostly of decimal numbers, and is neither frames nor bytes in
-    /// another notation.
+    /// Returns true if the beginning is text that consists mostly of decimal numbers, and is neither frames nor bytes
+    /// in another notation.
     fn is_decimal_text(&self) -> bool {
         let bytes = self.beginning;
         let digits = bytes.iter().filter(|byte| byte.is_ascii_digit()).count();
@@ -103,8 +104,8 @@ impl Stream<'_> {
                 // Valid text in another notation that contains the user's frames is no coincidence.
                 let is_text = frames.is_empty() && input.contains("--input");
                 if are_nearly_all && (is_text || !may_be_chance(&received, receive)) {
-                    // If more than one in sixteen frames have right checksums, this is no coincidence, and the line may
-                    // have errors.
+                    // More than one in sixteen right checksums are no coincidence. So the user's checksum is not wrong,
+                    // but the line may have errors.
                     let right = receivers[0].1(bytes).len();
                     let has_errors = frames == ANY_CHECKSUM && 16 * right > received.len();
                     let change = [&**frames, input].concat();
@@ -163,7 +164,8 @@ fn receiver<'r>(protocol: Protocol) -> Receiver<'r> {
 
 const ANY_CHECKSUM: &str = " with any checksums";
 
-/// Returns receivers that also accept the same frames with other checksums, if there are at least two such frames.
+/// Returns receivers that also accept the user's frames with a changed checksum. Such a receiver returns no frames if
+/// fewer than two frames have the changed checksum.
 fn with_changed_checksums(protocol: &Protocol) -> Vec<(Change, Receiver<'_>)> {
     let own = protocol.description.format().all();
     let mut receivers = Vec::new();

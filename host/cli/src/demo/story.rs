@@ -19,7 +19,7 @@ const POLL_EVERY: Duration = Duration::from_millis(2);
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 500_000,
     ramp_after: 2_500_000,
-    // 160 units per second, and 800 when live.
+    // An axis moves 160 units per second in an approach, and 800 when live.
     approach_travel: 1_593_750,
     live_travel: 318_750,
     ..FailsafeParameters::for_clock(1_000_000, 2_000, [0x80; 3])

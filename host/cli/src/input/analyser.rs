@@ -96,7 +96,7 @@ pub(super) fn is_annotation(line: &str) -> bool {
 /// The bytes that an analyser decoded on one line.
 #[derive(Default)]
 pub(super) struct Decoded {
-    /// The last byte. A row after the byte's row may say that the byte has an error.
+    /// The last byte. It is held back, because the next row may say that this byte has an error.
     pub(super) held: Option<Arrival>,
     times: Times,
     /// The name of the line in the first row.
@@ -104,7 +104,7 @@ pub(super) struct Decoded {
 }
 
 impl Decoded {
-    /// Reads a row of a table. Returns the arrival before the row's byte.
+    /// Reads a row of a table. If the row has a byte, holds this byte and returns the arrival that was held before.
     fn row(&mut self, row: &Row) -> Result<Option<Arrival>> {
         let time = match (&row.time, row.nanoseconds) {
             (_, Some(nanoseconds)) => Some(from_seconds(nanoseconds * 1e-9)),
@@ -121,8 +121,8 @@ impl Decoded {
         self.push(&row.name, time, byte, event)
     }
 
-    /// Reads an annotation. Returns the arrival before its byte. Annotations have no times, because the sample rate is
-    /// unknown.
+    /// Reads an annotation. If it has a byte, holds this byte and returns the arrival that was held before. Annotations
+    /// have no times, because the sample rate is unknown.
     pub(super) fn annotation(&mut self, line: &str) -> Result<Option<Arrival>> {
         let found = ANNOTATION.captures(line);
         let found = found.context("this line is no annotation of a UART")?;
@@ -162,7 +162,8 @@ impl Decoded {
     }
 }
 
-/// Returns the byte in an analyser's text, such as `0x41` or `A (0x41)`. `None` if the text names a bit or an error.
+/// Returns the byte in an analyser's text, such as `0x41` or `A (0x41)`. Returns `None` if the text is empty, or names
+/// a bit or an error.
 fn byte(text: &str, is_plain_hex: bool) -> Result<Option<u8>> {
     let digits = match text.split_once("0x") {
         Some((_, digits)) => digits.trim_end_matches(|c: char| !c.is_ascii_hexdigit()),

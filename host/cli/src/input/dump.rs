@@ -35,7 +35,9 @@ impl Dump {
         OFFSET.is_match(line)
     }
 
-    /// Returns the beginning of a dump if the first line of a text, or its first two lines, begin with offsets.
+    /// Returns the state at the beginning of a dump, or `None` if a text with these first two lines is no dump. Some
+    /// offsets can be recognised in the first line. For others, the second line must begin with the offset that
+    /// follows.
     pub(super) fn begin(line: &str, second: Option<&str>) -> Option<Self> {
         let found = OFFSET.captures(line)?;
         let (start, rest) = (offset(&found[2])?, &line[found[0].len()..]);

@@ -22,8 +22,8 @@ const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent:
 /// The greatest length of a label before the bytes of a line.
 const LONGEST_LABEL: usize = 80;
 
-/// Returns whether all lines of the beginning of a text are annotations of sigrok, or hex with times or offsets. Hex
-/// must contain a digit from A to F, because a device may send lines with decimal numbers.
+/// Returns whether the beginning of a text has only annotations of sigrok, or only hex with times or offsets. Hex must
+/// contain a digit from A to F, because a device may send lines with decimal numbers.
 pub(super) fn is_log_or_dump(text: &str) -> bool {
     let text = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
     let mut lines = text.lines().filter(|line| !is_ignored(line));
@@ -81,7 +81,7 @@ enum Text {
 }
 
 impl Text {
-    /// Returns the kind of a text with this first line. The next line shows whether both begin with offsets.
+    /// Returns the kind of a text that begins with this line. Some dumps can be recognised only with the next line.
     fn of(line: &str, next: Option<&str>) -> Self {
         match Dump::begin(line, next) {
             Some(dump) => Self::Dump(dump),
@@ -140,7 +140,8 @@ impl Log {
     }
 }
 
-/// Returns the label and the bytes of a line without its time. A label, such as `RX:` or `->`, ends with punctuation.
+/// Returns the label and the bytes of a line whose time has been removed. A label, such as `RX:` or `->`, ends with
+/// punctuation.
 fn labelled(line: &str) -> Result<(&str, Vec<u8>)> {
     let why = match bytes(line) {
         Ok(bytes) => return Ok(("", bytes)),

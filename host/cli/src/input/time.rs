@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use anyhow::{Result, bail};
 use regex::{Captures, Regex};
 
-/// A time at the beginning of a line: a clock or seconds, perhaps in brackets, with a date before it or an arrow after
-/// it.
+/// A time at the beginning of a line: a time of day or a number of seconds, perhaps in brackets, with a date before it
+/// or an arrow after it.
 static STAMP: LazyLock<Regex> = LazyLock::new(|| {
     let pattern = r"(?x) ^ \s* (?<open> [\[(] \s* )?
         (?<date> \d{1,4} [-/.] \d{1,2} [-/.] \d{1,4} (?: T | [\s,;_]+ ) )?
@@ -22,7 +22,7 @@ static STAMP: LazyLock<Regex> = LazyLock::new(|| {
 pub(super) struct Times {
     /// The time of the last line, in microseconds. `None` if no line had a time.
     pub(super) last: Option<i64>,
-    /// The last midnight, in microseconds since the first line's midnight.
+    /// The last midnight, in microseconds since the midnight before the first line.
     midnight: i64,
 }
 
@@ -51,7 +51,8 @@ impl Times {
         let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
         let is_weak = !is_marked && if is_clock { !has_fraction } else { is_pair };
         if is_weak && self.last.is_none() {
-            // Bytes have the same separator in the whole line, so this line is bytes.
+            // All bytes of a line have the same separator. If the rest has a colon or a point too, or is empty, this
+            // line is bytes.
             if rest.is_empty() || rest.contains([':', '.']) {
                 return Ok(None);
             }
@@ -62,7 +63,7 @@ impl Times {
         }
         let mut time = microseconds(&found);
         if is_clock {
-            // A clock starts again at midnight.
+            // At midnight, the time of day starts again from 0.
             let is_next_day =
                 |last: i64| time.saturating_add(self.midnight) < last.saturating_sub(DAY / 2);
             if self.last.is_some_and(is_next_day) {
@@ -75,7 +76,7 @@ impl Times {
     }
 }
 
-/// Returns the time that a stamp shows, in microseconds. A clock counts from midnight.
+/// Returns the time that a stamp shows, in microseconds. A time of day counts from midnight.
 fn microseconds(stamp: &Captures) -> i64 {
     let number = |name| {
         let digits = stamp.name(name).map_or("0", |part| part.as_str());

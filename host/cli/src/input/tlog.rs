@@ -1,5 +1,5 @@
-//! Reads a `.tlog`, in which ground stations store `MAVLink`: before each frame, its time in microseconds since 1970, in
-//! eight bytes, the highest first.
+//! Reads a `.tlog`, in which ground stations store `MAVLink`. Eight bytes before each frame are the frame's time in
+//! microseconds since 1970, the highest byte first.
 
 use std::io::{BufRead, Read};
 use std::iter::from_fn;

@@ -54,7 +54,7 @@ impl Source {
     }
 }
 
-/// The datagrams that were received.
+/// The latest setpoint with the time of its arrival, and the numbers of all datagrams and of bad ones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Received {
     latest: Option<(Setpoint, Instant)>,

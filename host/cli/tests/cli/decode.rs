@@ -152,8 +152,8 @@ fn modbus_is_delivered_after_each_pause_whatever_the_order_of_the_kinds() {
     assert_eq!(rows, expected);
 }
 
-/// The second frame begins with a wrong byte. Without the pause, all later frames would be read from a wrong byte, as
-/// `tests/cases/ends.md` shows.
+/// The second frame begins with a wrong byte. Without the pause, the decoder would find frames that begin at a wrong
+/// byte, as `tests/cases/ends.md` shows.
 #[test]
 fn a_pause_ends_the_false_frames_of_sbus() {
     let frame = b"\x0F\x04\x0F\xC8\x6C\x11\xC4\x0A\xF0\xB1\x62\xE2\xE0\x03\x1F\xF8\xC0\x07\x3E\xF0\x81\x0F\x7C\x00\x00";
@@ -198,8 +198,9 @@ mod at_a_serial_port {
     use crate::process::{CLEAN, complaint, feed, signal, start};
     use crate::pseudo_terminal::{line, read_exactly};
 
-    /// Starts a decoder at a port. The decoder has already printed the header and a frame. The second file is the
-    /// port's near end. A test keeps it open, because the pseudo-terminal would otherwise count as disconnected.
+    /// Starts a decoder at a port. The decoder has already printed the header and a frame. Also returns the port's near
+    /// end and the port's name. The test must keep the near end open, because the pseudo-terminal would otherwise count
+    /// as disconnected.
     fn decoding(arguments: &[&str]) -> (Decoding<File>, File, String) {
         let (far_end, near_end, port) = line();
         let mut child = start(&[&["decode", &port, "--format=csv"], arguments].concat());

@@ -1,4 +1,4 @@
-//! Tests of `framelock demo` at a terminal. The cases show its output without a terminal.
+//! Tests of `framelock demo` at a terminal. `tests/cases/demo.md` shows its output without a terminal.
 
 use std::io::Read as _;
 

@@ -49,7 +49,7 @@ fn in_hex(bytes: &[u8]) -> Vec<u8> {
     words.collect::<String>().into_bytes()
 }
 
-/// Replaces the line ends CR LF.
+/// Replaces each CR LF by `line_end`.
 fn with_line_ends(text: &[u8], line_end: &[u8]) -> Vec<u8> {
     let lines = String::from_utf8(text.to_vec()).unwrap();
     let line_end = str::from_utf8(line_end).unwrap();

@@ -83,8 +83,8 @@ pub(crate) fn received(
     setpoints
 }
 
-/// Writes a description into a file. Returns the file's folder, which is deleted when the caller drops it, and the option
-/// `--frame` for the file.
+/// Writes a description into a file. Returns the file's folder, which is deleted when the caller drops it, and the
+/// option `--frame` for the file.
 pub(crate) fn described(text: &str) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");

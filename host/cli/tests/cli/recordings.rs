@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::process::{run, start, text};
 
-/// A frame of UBX, its beginning, and a false start that hides a frame until a pause.
+/// A frame of UBX, the beginning of this frame, a false start that hides the frame after it until a pause, and noise.
 const PIECES: [&[u8]; 4] = [
     b"\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38",
     b"\xB5\x62\x05\x01\x02\x00",
@@ -18,7 +18,7 @@ const PIECES: [&[u8]; 4] = [
     b"noise",
 ];
 
-/// The pauses are shorter than, about as long as, and longer than the gap.
+/// Some pauses are shorter than `--idle-gap`, some are about as long, and some are longer.
 #[test]
 fn a_recording_with_times_decodes_as_the_live_stream_did() {
     let folder = tempfile::tempdir().unwrap();

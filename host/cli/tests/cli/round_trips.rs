@@ -22,7 +22,7 @@ const TEXTS: &str = "
     ]
 ";
 
-/// The bytes before the text.
+/// The number of bytes before the text.
 const NUMBERS: usize = 29;
 
 /// Texts that a table might change: blanks, separators, quotes, line ends, comments, numbers, escapes, and bytes that
@@ -154,7 +154,7 @@ fn any_texts_and_numbers_come_back_through_each_table() {
     check(&option, &stream, count);
 }
 
-/// Each piece alone, and each pair of pieces: at the beginning, at the end, and with a letter between them.
+/// The texts are each piece alone, and each pair of pieces, with and without a letter between the two.
 #[test]
 fn each_pair_of_special_texts_comes_back_through_each_table() {
     let (_folder, option) = described(TEXTS);

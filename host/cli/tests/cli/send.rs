@@ -163,7 +163,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let mut setpoints = received(bytes);
     assert_eq!(setpoints[setpoints.len() - 5..], [PARK; 5]);
-    // The way to the park setpoint follows.
+    // The setpoints after these three are the way to the park setpoint.
     setpoints.dedup();
     assert_eq!(
         setpoints[..3],

@@ -1,8 +1,8 @@
 //! Runs the commands of guides, help texts and `tests/cases` in a shell, and compares their output with the pages.
 //!
 //! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes the current output into the pages. In a page, `[..]`
-//! stands for any part of a line. The cases have the format of the tool trycmd. The guides need a shell for files and
-//! pipes, which trycmd does not provide.
+//! stands for any part of a line. The pages in `tests/cases` have the format of the tool trycmd. The guides need a
+//! shell for files and pipes, which trycmd does not provide.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};

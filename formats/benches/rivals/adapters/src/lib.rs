@@ -26,8 +26,8 @@ pub trait Contender {
     }
 }
 
-/// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, and how the parser
-/// takes bytes, or a single byte if that differs.
+/// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, an expression that
+/// takes bytes, and optionally an expression that takes a single byte.
 macro_rules! adapters {
     ($(
         $(#[$doc:meta])*
@@ -155,8 +155,8 @@ adapters! {
         }
     };
 
-    /// `crsf`. It does not check raw packets, so the adapter decodes each packet. If the crate does not know the kind of
-    /// a packet, the packet counts as delivered. The crate panics on a packet of channels or link statistics that is
+    /// `crsf`. It does not check raw packets, so the adapter decodes each packet. If the crate does not know the kind
+    /// of a packet, the packet counts as delivered. The crate panics on a packet of channels or link statistics that is
     /// too short. After a lost byte, such a packet may arrive with a correct check, so the adapter does not decode
     /// packets that are too short.
     "crsf" Crsf(crsf::PacketParser<64>) = crsf::PacketParser::new(),
