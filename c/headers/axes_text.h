@@ -140,9 +140,9 @@ AXES_TEXT_FUNCTION void axes_text_init(axes_text_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 AXES_TEXT_FUNCTION uint32_t axes_text_pending(const axes_text_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 AXES_TEXT_FUNCTION bool axes_text_push(axes_text_receiver *receiver, uint8_t byte, axes_text_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -188,7 +188,7 @@ static inline uint8_t axes_text_digit(uint8_t digit)
     return 16U;
 }
 
-/* Returns the address of the first byte of a text that is no blank, or the text's end. */
+/* Returns the address of the first byte of a text that is not a blank, or the text's end. */
 static inline const uint8_t *axes_text_blanks(const uint8_t *text, const uint8_t *end)
 {
     while ((text != end) && (*text == 0x20U)) {
@@ -320,7 +320,7 @@ static inline bool axes_text_letters_is_content(uint8_t byte)
 }
 
 /* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
- * 2 if the bytes begin with no terminator. */
+ * 2 if the bytes do not begin with a terminator. */
 static inline uint8_t axes_text_letters_terminator(const uint8_t *bytes, uint8_t count)
 {
     (void)count;
@@ -377,7 +377,7 @@ static inline bool axes_text_brackets_is_content(uint8_t byte)
 }
 
 /* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
- * 2 if the bytes begin with no terminator. */
+ * 2 if the bytes do not begin with a terminator. */
 static inline uint8_t axes_text_brackets_terminator(const uint8_t *bytes, uint8_t count)
 {
     (void)count;
@@ -435,7 +435,7 @@ static inline bool axes_text_lines_is_content(uint8_t byte)
 }
 
 /* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
- * 3 if the bytes begin with no terminator. */
+ * 3 if the bytes do not begin with a terminator. */
 static inline uint8_t axes_text_lines_terminator(const uint8_t *bytes, uint8_t count)
 {
     if ((count >= 2U) && (bytes[0U] == 0x0DU) && (bytes[1U] == 0x0AU)) {

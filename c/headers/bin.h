@@ -91,7 +91,7 @@ BIN_FUNCTION void bin_init(bin_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. */
 BIN_FUNCTION bool bin_push(bin_receiver *receiver, uint8_t byte, bin_message *message);
 
 /* Reports a line event. Discards the pending bytes, because the rest of their frame is lost. */

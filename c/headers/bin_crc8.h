@@ -92,7 +92,7 @@ BIN_CRC8_FUNCTION void bin_crc8_init(bin_crc8_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. */
 BIN_CRC8_FUNCTION bool bin_crc8_push(bin_crc8_receiver *receiver, uint8_t byte, bin_crc8_message *message);
 
 /* Reports a line event. Discards the pending bytes, because the rest of their frame is lost. */

@@ -105,7 +105,7 @@ COBS_FUNCTION void cobs_init(cobs_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 COBS_FUNCTION uint32_t cobs_pending(const cobs_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. */
 COBS_FUNCTION bool cobs_push(cobs_receiver *receiver, uint8_t byte, cobs_message *message);
 
 /* Reports a line event. Discards the pending bytes, because the rest of their packet is lost. A pause directly after a

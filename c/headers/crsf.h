@@ -104,9 +104,9 @@ CRSF_FUNCTION void crsf_init(crsf_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to

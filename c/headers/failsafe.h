@@ -29,8 +29,8 @@
  *   phase = failsafe_poll(&platform, now, output);      at regular times; then set the actuators
  *
  * Two consecutive outputs of an axis differ by at most failsafe_most_per_poll units, which is at most a quarter of the
- * travel, and by no more than the axis moves in the time that has passed. This holds in every phase, whatever bytes
- * come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a silence of
+ * travel, and by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever
+ * bytes come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a silence of
  * hold_after, a single frame moves nothing, and several frames in a row start a slow approach. Only failsafe_poll moves
  * the output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program
  * crashes.
@@ -39,7 +39,7 @@
  * frames and a task of another priority polls, pass the demands through a shared variable with a flag, and call both
  * functions from the task, or call each of them with interrupts disabled.
  *
- * The time `now` is a counter that may wrap. Poll more often than half its range.
+ * The time `now` is a counter that may wrap. Poll again before half of its range has passed.
  *
  * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of
  * these files, and as 0 in the others, before they include this header. Then the program contains only one copy of the
@@ -144,19 +144,19 @@ typedef struct {
     uint32_t slow_frames; /* frames hold_after or more after the frame before: if this grows, the sender is too slow */
 } failsafe;
 
-/* Initialises a failsafe with every axis at park. Returns false, and does nothing, if the parameters contradict each
- * other. */
+/* Initialises a failsafe with every axis at park. Returns false, and does nothing, unless FAILSAFE_AGREE accepts the
+ * parameters. */
 FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *parameters, uint32_t now);
 
 /* Initialises a failsafe whose actuators are at `output`, for example after a reset. From there they move to park.
- * Returns false, and does nothing, if the parameters contradict each other. */
+ * Returns false, and does nothing, unless FAILSAFE_AGREE accepts the parameters. */
 FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters *parameters, uint32_t now,
                                        const failsafe_demand *output);
 
 /* Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens. */
 FAILSAFE_FUNCTION failsafe_demand failsafe_most_per_poll(const failsafe *self);
 
-/* Takes the demands of a frame. The next poll is the time of the frame. */
+/* Takes the demands of a frame. The frame counts as received at the next poll. */
 FAILSAFE_FUNCTION void failsafe_frame(failsafe *self, const failsafe_demand *demands);
 
 /* Writes the position of each axis at the time `now` to `output`, and returns the phase. */

@@ -139,9 +139,9 @@ GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -359,7 +359,7 @@ static inline bool gnss_nmea_is_content(uint8_t byte)
 }
 
 /* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
- * 4 if the bytes begin with no terminator. */
+ * 4 if the bytes do not begin with a terminator. */
 static inline uint16_t gnss_nmea_terminator(const uint8_t *bytes, uint16_t count)
 {
     if ((count >= 2U) && (bytes[0U] == 0x0DU) && (bytes[1U] == 0x0AU)) {

@@ -101,9 +101,9 @@ IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, ibus_any_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to

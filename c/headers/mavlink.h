@@ -143,9 +143,9 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -261,7 +261,7 @@ static inline bool mavlink_mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes and then of the byte `extra`. */
 static inline uint16_t mavlink_mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -423,7 +423,7 @@ static inline bool mavlink_mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes and then of the byte `extra`. */
 static inline uint16_t mavlink_mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */

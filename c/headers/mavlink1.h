@@ -107,9 +107,9 @@ MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, mavlink1_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -194,7 +194,7 @@ static inline bool mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes and then of the byte `extra`. */
 static inline uint16_t mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */

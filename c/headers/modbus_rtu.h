@@ -103,9 +103,9 @@ MODBUS_RTU_FUNCTION void modbus_rtu_init(modbus_rtu_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t byte, modbus_rtu_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to

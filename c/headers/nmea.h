@@ -102,9 +102,9 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
@@ -230,7 +230,7 @@ static inline bool nmea_is_content(uint8_t byte)
 }
 
 /* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
- * 4 if the bytes begin with no terminator. */
+ * 4 if the bytes do not begin with a terminator. */
 static inline uint16_t nmea_terminator(const uint8_t *bytes, uint16_t count)
 {
     if ((count >= 2U) && (bytes[0U] == 0x0DU) && (bytes[1U] == 0x0AU)) {

@@ -107,9 +107,9 @@ SBUS_FUNCTION void sbus_init(sbus_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to

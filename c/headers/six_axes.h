@@ -87,7 +87,7 @@ SIX_AXES_FUNCTION void six_axes_init(six_axes_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SIX_AXES_FUNCTION uint32_t six_axes_pending(const six_axes_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. */
 SIX_AXES_FUNCTION bool six_axes_push(six_axes_receiver *receiver, uint8_t byte, six_axes_message *message);
 
 /* Reports a line event. Discards the pending bytes, because the rest of their frame is lost. */

@@ -104,7 +104,7 @@ SLIP_FUNCTION void slip_init(slip_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SLIP_FUNCTION uint32_t slip_pending(const slip_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. */
 SLIP_FUNCTION bool slip_push(slip_receiver *receiver, uint8_t byte, slip_message *message);
 
 /* Reports a line event. Discards the pending bytes, because the rest of their packet is lost. A pause directly after a

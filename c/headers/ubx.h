@@ -104,9 +104,9 @@ UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
-/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. Makes at most
- * one classification per call. So after a false start, a complete frame may stay pending until later calls have decided
- * about the bytes before it. */
+/* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
+ * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * before it. */
 UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *message);
 
 /* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
