@@ -1,4 +1,4 @@
-//! Classifies bytes by a layout. Every format uses this module.
+//! Classifies bytes by a layout. Every format that has a layout uses this module.
 //!
 //! ```text
 //!             sync wrong               header wrong           frame wrong

@@ -1,5 +1,5 @@
-//! Theorem 10, by induction over the polls. Each harness takes any parameters, any state that satisfies the invariant,
-//! any frame and any time, and polls once. The invariant holds at the start ([`no_panic`]) and after each poll
+//! Theorem 10, by induction over the polls. Most harnesses take any parameters, any state that satisfies the invariant,
+//! any frame and any time, and poll once. The invariant holds at the start ([`no_panic`]) and after each poll
 //! ([`output_is_bounded`]).
 //!
 //! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
@@ -267,7 +267,7 @@ fn goes_live_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     failsafe.axes[0].is_live = false;
     failsafe.quiet = 0;
     kani::assume(failsafe.follows());
-    // A frame in each poll, and polls within `longest_step`: no silence.
+    // Each poll takes a frame and comes within `longest_step`, so there is no silence.
     kani::assume(failsafe.parameters.longest_step < failsafe.parameters.hold_after);
     let live_after = failsafe.parameters.live_after();
     let mut left = live_after;
@@ -344,7 +344,7 @@ macro_rules! for_demands {
             }
 
             $(
-                // Kani compares two demands byte by byte.
+                // The bound is for bytes, because Kani compares arrays of demands byte by byte.
                 #[kani::proof]
                 #[kani::unwind(5)]
                 fn of_16_bits() {
