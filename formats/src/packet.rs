@@ -30,7 +30,7 @@ use framelock::{Classification, DiscardReason, Format, LineEvent, PacketFormat, 
 
 use crate::layout::Crc;
 
-/// The check of HDLC's frames and of PPP: CRC-16/IBM-SDLC.
+/// The CRC of HDLC and PPP frames: CRC-16/IBM-SDLC.
 const CRC: Crc = Crc {
     initial: 0xFFFF,
     reflected_in: true,

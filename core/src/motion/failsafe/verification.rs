@@ -603,7 +603,7 @@ mod check {
     }
 
     /// An axis is live only if the approach has lasted long enough. The time of the approach begins with the poll that
-    /// takes the last frame of the row, and a poll counts for at most `longest_step`.
+    /// takes the frame that completes the row, and a poll counts for at most `longest_step`.
     pub(super) fn approach_is_slow<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,
