@@ -16,8 +16,8 @@ mod verification;
 /// The receiver of packets between delimiters, such as those of SLIP, HDLC, COBS and DLE framing.
 ///
 /// It consists of the format, a buffer `B`, and 4 words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or
-/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST) bytes. More bytes have no
-/// use.
+/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST)
+/// bytes. The receiver does not use more.
 ///
 /// # The rule
 ///

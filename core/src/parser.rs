@@ -191,8 +191,8 @@ pub enum DiscardReason {
     /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. A
     /// [`FixedFormat`](crate::FixedFormat) never gives this reason.
     BadHeader,
-    /// The frame is too long: its header states more bytes than the longest frame has, or more bytes arrive before its
-    /// end.
+    /// The frame is too long: its header states more bytes than the format or the message allows, or more bytes than
+    /// that arrive before its end.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,

@@ -332,8 +332,8 @@ fn speed_is_stated<D: Demand + kani::Arbitrary>() {
     );
 }
 
-/// Defines a harness for three axes with demands of 8 bits. After a number, also defines one for this many axes with demands
-/// of 16 bits.
+/// Defines a harness for three axes with demands of 8 bits. If a number follows the name, also defines a harness for
+/// this many axes with demands of 16 bits.
 macro_rules! for_demands {
     ($($module:ident $($axes:literal)?)*) => {
         $(mod $module {
