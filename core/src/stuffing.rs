@@ -318,8 +318,8 @@ impl Output<'_> {
         bytes.iter().try_for_each(|&byte| self.push(byte))
     }
 
-    /// Writes the blocks of COBS. Each block is a code, which is the block's length including the code, followed by
-    /// bytes other than zero.
+    /// Writes the blocks of COBS. Each block is a code followed by bytes other than zero. The code is the block's
+    /// length, including the code itself.
     fn push_blocks(&mut self, packet: &[u8]) -> Option<()> {
         let mut rest = packet;
         loop {
@@ -334,7 +334,7 @@ impl Output<'_> {
             self.extend(block)?;
             rest = match behind {
                 [] => return Some(()),
-                // A block of the greatest length does not stand for a zero.
+                // No zero follows a block of the greatest length.
                 _ if length == LONGEST_BLOCK => behind,
                 [_, behind @ ..] => behind,
             };

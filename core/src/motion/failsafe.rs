@@ -447,7 +447,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         })
     }
 
-    /// Takes the demands of a frame. The next poll is the time of the frame.
+    /// Takes the demands of a frame. The frame counts as received at the time of the next poll.
     pub fn frame(&mut self, demands: impl Into<[D; AXES]>) {
         self.demands = demands.into();
         self.has_frame = true;
@@ -460,9 +460,9 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.step(ways)
     }
 
-    /// Returns how often the time went backwards: how many polls got a time that is more than half the counter's range
-    /// after the last poll's. Such a poll counts as no time: nothing moves, and a silence does not become longer. So
-    /// poll more often than half the counter's range.
+    /// Returns the number of polls at which the time seemed to go backwards, because it was more than half the
+    /// counter's range after the time of the poll before. Such a poll counts as no time: nothing moves, and a silence
+    /// does not become longer. So poll at least once in half the counter's range.
     #[must_use]
     pub fn clock_faults(&self) -> u32 {
         self.clock_faults
@@ -485,7 +485,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.slow_frames
     }
 
-    /// Counts the time and the frame since the last poll. Returns the time.
+    /// Counts the time since the last poll, and the frame if one has come. Returns this time.
     fn pass(&mut self, now: u32) -> u32 {
         let parameters = &self.parameters;
         let mut elapsed = now.wrapping_sub(self.now);

@@ -30,8 +30,9 @@
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. Each axis has a
-    /// position, is live or not, and rises or not. The proofs about the failsafe in C use this function.
+    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. The values of an axis
+    /// are its position, whether the axis is live, and whether it rises. The proofs about the failsafe in C use this
+    /// function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
         [
