@@ -334,7 +334,7 @@ impl Output<'_> {
             self.extend(block)?;
             rest = match behind {
                 [] => return Some(()),
-                // No zero follows a block of the greatest length.
+                // A block of the greatest length stands for its own bytes only, and for no zero after them.
                 _ if length == LONGEST_BLOCK => behind,
                 [_, behind @ ..] => behind,
             };
