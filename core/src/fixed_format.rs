@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use crate::DiscardReason;
 use crate::window::Word;
 
-/// A frame format of fixed length: 1 to 16 bytes, known at compile time.
+/// A format whose frames all have the same length, which is 1 to 16 bytes and known at compile time.
 ///
 /// # Examples
 /// A throttle of 16 bits, big endian, between FE and LF. The `impl` is all that you write for a new format. The
@@ -45,7 +45,7 @@ use crate::window::Word;
 /// type Frame = [u8; 25];
 /// # }
 /// ```
-/// A format that accepts all bytes as a frame:
+/// A format that has neither fixed bytes nor a check:
 /// ```compile_fail,E0080
 /// # use framelock::{FixedFormat, Receiver, Shape};
 /// # struct Anything;
@@ -83,7 +83,8 @@ pub trait FixedFormat: 'static {
 /// A format that can also encode frames. Test your implementation with `check_encoding` of `framelock-formats`.
 ///
 /// [`EncodeInto`](crate::EncodeInto) does the same for a [`Format`](crate::Format). There, encoding needs a buffer and
-/// may fail. A frame of fixed length needs no buffer, and encoding it cannot fail, so it has a trait of its own.
+/// may fail. A frame of fixed length needs no buffer, and encoding it cannot fail, so formats of fixed length have this
+/// trait.
 pub trait Encode: FixedFormat {
     /// Returns the frame of a message.
     #[must_use]

@@ -1,8 +1,8 @@
 //! The lecture's machine, unchanged: the state machine that D. J. Broderick's lecture teaches and that much firmware in
 //! the field uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes
-//! of any value, then for CR. With the CR it commits all three demands at the same time. It throws away a broken frame
-//! as a whole: if another byte comes where 'A', 'B' or CR is due, the machine returns to its first state. It does so
-//! even if this byte is an 'A'.
+//! of any value, then for CR. The last three of these four bytes are the demands. With the CR the machine commits all
+//! three demands at the same time. It throws away a broken frame as a whole: if another byte comes where 'A', 'B' or CR
+//! is due, the machine returns to its first state. It does so even if this byte is an 'A'.
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep the
 //! machine out of step for ever. Then it commits nothing. For every whole frame, [`Receiver`](crate::Receiver) delivers

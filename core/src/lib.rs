@@ -89,9 +89,9 @@
 //! receiver delivers this frame, or an earlier one that shares bytes with it. The lecture's machine may deliver nothing
 //! for ever (see [`lecture`]).
 //!
-//! A frame that nobody sent may share bytes with a whole frame, which is then lost. In BIN, the bytes of a repeated
-//! frame may form frames at two offsets. Then only a pause, reported as a line event, or a checksum shows which frames
-//! were sent (see [`motion::Bin`]).
+//! A frame that nobody sent may share bytes with a whole frame. Then the whole frame is lost. In BIN, the bytes of a
+//! repeated frame may form frames at two offsets. Then only a pause, reported as a line event, or a checksum shows
+//! which frames were sent (see [`motion::Bin`]).
 //!
 //! # A motion platform
 //!

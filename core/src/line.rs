@@ -8,9 +8,10 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 /// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 ///
 /// # The rule for pending bytes
-/// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered. Every
-/// other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule. For example, a
+/// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered.
+/// Every other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule, so a
 /// [`Receiver`] and a [`BufferedReceiver`](crate::BufferedReceiver) of BIN frames have equal counters.
+/// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event) states two exceptions for packets.
 ///
 /// Two kinds of bytes have other reasons:
 ///

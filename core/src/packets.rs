@@ -16,8 +16,8 @@ mod verification;
 /// The receiver of packets between delimiters, such as those of SLIP, HDLC, COBS and DLE framing.
 ///
 /// It consists of the format, a buffer `B`, and 4 words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or
-/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST) bytes. More bytes have no
-/// use.
+/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST)
+/// bytes. The receiver does not use more.
 ///
 /// # The rule
 ///
@@ -34,15 +34,15 @@ mod verification;
 ///
 /// # What to expect
 ///
-/// * **Latency.** A packet is delivered with its delimiter, or with its last byte if the frame ends by itself. Nothing is
-///   ever left undecided. With [`Stuffing::Break`], the break that follows the packet delivers it.
+/// * **Latency.** A packet is delivered with its delimiter, or with its last byte if the frame ends by itself. With
+///   [`Stuffing::Break`], the break that follows the packet delivers it.
 /// * **Counting.** All counts are of received bytes. [`Found::Frame`] counts the delimiters before the packet and the
 ///   bytes that stuffing adds. [`Frame::bytes`] are the unstuffed bytes. The delimiters before a packet stay
 ///   [pending](Self::pending) until the packet is decided.
-/// * **Cost.** Most calls of [`push`](Self::push) only store a byte. The format is asked when it has as many bytes as
-///   it has asked for, and at the delimiter. With `Doubled`, a rejected packet may be classified again, once for each
-///   pair of bytes that looks like a beginning. So in the worst case the last byte of a packet of `n` bytes costs
-///   `n / 2` classifications.
+/// * **Cost.** Most calls of [`push`](Self::push) only store a byte. The receiver asks the format when the packet has
+///   as many bytes as the format has asked for, and at the delimiter. With `Doubled`, a rejected packet may be
+///   classified again, once for each pair of bytes that looks like a beginning. So in the worst case the last byte of a
+///   packet of `n` bytes costs `n / 2` classifications.
 ///
 /// # Examples
 /// SLIP. The packets have at most 64 bytes, and no checksum.
@@ -247,9 +247,9 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
 
     /// Takes a line event. Discards the pending bytes. Then the next packet needs a delimiter before it.
     ///
-    /// There are two exceptions. [`LineEvent::Idle`] directly after a delimiter changes nothing: the delimiter stays
-    /// pending, and the next byte begins a packet. With [`Stuffing::Break`], [`LineEvent::Break`] is the delimiter. It
-    /// delivers or rejects the packet before it.
+    /// There are two exceptions. Except in DLE framing, [`LineEvent::Idle`] directly after a delimiter changes nothing:
+    /// the delimiter stays pending, and the next byte begins a packet. With [`Stuffing::Break`], [`LineEvent::Break`]
+    /// is the delimiter. It delivers or rejects the packet before it.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let stuffing = self.format.stuffing();
         let follows_delimiter = self.is_open
@@ -346,7 +346,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         }
     }
 
-    /// Takes `content`, the next byte of the packet. `byte` is the last received byte of those that stand for it.
+    /// Takes `content`, the next byte of the packet. `byte` is the last of the received bytes that stand for `content`.
     #[inline]
     fn take_content(&mut self, content: u8, byte: u8, report: &mut impl Report) -> Option<Whole> {
         let why = DiscardReason::TooLong;

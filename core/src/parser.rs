@@ -188,10 +188,11 @@ pub enum DiscardReason {
     NoSync,
     /// The first sync byte was right, but a later one was wrong.
     BrokenSync,
-    /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. Formats of
-    /// fixed length never give this reason.
+    /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. A
+    /// [`FixedFormat`](crate::FixedFormat) never gives this reason.
     BadHeader,
-    /// The header states a length that exceeds the longest frame.
+    /// The frame is too long: its header states more bytes than the format or the message allows, or more bytes than
+    /// that arrive before its end.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,

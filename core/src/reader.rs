@@ -228,9 +228,10 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
         }
     }
 
-    /// Does the same as [`next_message_async_with`](Self::next_message_async_with), and reports pauses. While an incomplete
-    /// frame is pending, each read must end before the future that `silence` returns. Otherwise the line is idle: the
-    /// reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one in each call.
+    /// Does the same as [`next_message_async_with`](Self::next_message_async_with), and reports pauses. While an
+    /// incomplete frame is pending, each read must end before the future that `silence` returns ends. Otherwise the
+    /// line is idle: the reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one
+    /// in each call.
     ///
     /// The future ends after the duration of the pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
     /// drops the source's `read` at a pause, so dropping it must lose no byte. Read only with this function, because after

@@ -4,8 +4,8 @@ use crate::Format;
 
 /// The way in which a sender separates packets.
 ///
-/// The *delimiter* is a byte, or a pair of bytes, that never occurs within a packet. The sender replaces each byte of the
-/// packet that looks like a delimiter. This is called *byte stuffing*. A
+/// The *delimiter* is a byte, or a pair of bytes, that never occurs within a sent packet. The sender replaces each byte
+/// of the packet that looks like a delimiter. This is called *byte stuffing*. A
 /// [`PacketReceiver`](crate::PacketReceiver) undoes the stuffing.
 ///
 /// | protocol | stuffing |
@@ -63,10 +63,10 @@ pub enum Codes {
 /// A format of packets between delimiters. [`classify`](Format::classify), [`decode`](Format::decode) and
 /// [`LONGEST`](Format::LONGEST) concern unstuffed bytes, without delimiters.
 ///
-/// * If a packet ends only with its delimiter, `classify` answers [`Incomplete`](crate::Classification::Incomplete) until
-///   `LONGEST` bytes have arrived, and then rejects them. So `LONGEST` is one more than the longest packet has. At the
-///   delimiter the receiver asks [`classify_before`](Format::classify_before), with [`LineEvent::Idle`](crate::LineEvent::Idle), whether the
-///   whole packet is a frame.
+/// * If a packet ends only with its delimiter, `classify` answers [`Incomplete`](crate::Classification::Incomplete)
+///   until `LONGEST` bytes have arrived, and then rejects them. So `LONGEST` is one more than the number of bytes in
+///   the longest packet. At the delimiter the receiver asks [`classify_before`](Format::classify_before), with
+///   [`LineEvent::Idle`](crate::LineEvent::Idle), whether the whole packet is a frame.
 /// * If a frame ends by itself, for example because the packet begins with its length, implement only `classify`. The
 ///   receiver delivers the frame with its last byte, and discards the bytes up to the next delimiter.
 pub trait PacketFormat: Format {
@@ -86,7 +86,7 @@ impl Codes {
     }
 }
 
-/// The number of bytes in the longest block of COBS.
+/// The number of bytes after the code in the longest block of COBS.
 const LONGEST_BLOCK: usize = 254;
 
 impl Stuffing {
@@ -217,7 +217,7 @@ impl Stuffing {
 pub(crate) enum Meaning {
     /// Together with the bytes before it, the byte stands for this byte of the packet.
     Content(u8),
-    /// The byte alone stands for nothing: it is an escape byte, or the length of a block.
+    /// The byte alone stands for nothing: it is an escape byte, or the code of a COBS block that follows no zero.
     Prefix,
     /// The byte is between two packets.
     Delimiter,
@@ -318,8 +318,8 @@ impl Output<'_> {
         bytes.iter().try_for_each(|&byte| self.push(byte))
     }
 
-    /// Writes the blocks of COBS. Each block is a code, which is the block's length including the code, followed by
-    /// bytes other than zero.
+    /// Writes the blocks of COBS. Each block is a code followed by bytes other than zero. The code is the block's
+    /// length, including the code itself.
     fn push_blocks(&mut self, packet: &[u8]) -> Option<()> {
         let mut rest = packet;
         loop {
@@ -334,7 +334,7 @@ impl Output<'_> {
             self.extend(block)?;
             rest = match behind {
                 [] => return Some(()),
-                // A block of the greatest length does not stand for a zero.
+                // A block of the greatest length stands for its own bytes only, and for no zero after them.
                 _ if length == LONGEST_BLOCK => behind,
                 [_, behind @ ..] => behind,
             };

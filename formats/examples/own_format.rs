@@ -73,7 +73,7 @@ impl Format for Text {
 /// A receiver of texts, with a buffer for two of the longest frames.
 pub(crate) type TextReceiver = BufferedReceiver<Text, [u8; 2 * Text::LONGEST]>;
 
-/// Takes a byte, or a line error or a pause. Calls `on` with the text of each frame.
+/// Takes a byte, a line error or a pause. Calls `on` with the text of each frame.
 pub(crate) fn take(
     receiver: &mut TextReceiver,
     found: Result<u8, LineEvent>,

@@ -19,9 +19,8 @@ use crate::layout::{CheckedLayout, Length};
 /// frame is delivered, and which frame is delivered if bytes fit several layouts. If pauses are not reported, put
 /// layouts with shorter frames first.
 ///
-/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. Otherwise,
-/// if the bytes of another layout's frame are also a frame of such a layout, the message has the index of whichever
-/// layout comes first.
+/// A layout whose frames end with [silence](Length::Silence) waits at every sync, so put such a layout last. If the
+/// bytes of a frame fit such a layout and another layout, the message has the index of the first of these layouts.
 ///
 /// # Examples
 /// ```

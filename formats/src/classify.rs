@@ -1,4 +1,4 @@
-//! Classifies bytes by a layout. Every format uses this module.
+//! Classifies bytes by a layout. Every format that has a layout uses this module.
 //!
 //! ```text
 //!             sync wrong               header wrong           frame wrong
@@ -98,7 +98,7 @@ impl Layout<'_> {
     pub(crate) fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // The first five syncs are tested without a loop. For a constant layout, these tests compile to five
+        // The first five syncs are tested without a loop. For a constant layout, these tests compile to at most five
         // comparisons. A loop over the syncs would run for each byte of noise.
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()

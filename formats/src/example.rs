@@ -13,8 +13,8 @@ impl CheckedLayout<'_> {
     /// Makes a short frame in the buffer, and returns the frame. The buffer should have as many bytes as the longest
     /// frame, although the frame usually has fewer.
     ///
-    /// The check of a layout examines each part by itself. So a layout may have no frames at all, for example if its
-    /// fixed bits exclude its sync. Therefore make a frame in a test of your layout.
+    /// The check of a layout does not find every contradiction. So a checked layout may have no frames at all, for
+    /// example if its fixed bits exclude its sync. Therefore make a frame in a test of your layout.
     ///
     /// # Errors
     /// Returns the reason to reject the bytes that come closest to a frame.

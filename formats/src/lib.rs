@@ -91,9 +91,9 @@
 //! | SLIP and KISS, COBS, HDLC | [`packet`] | chosen by you | nothing; HDLC: CRC-16 | RFC 1055, RFC 1662 |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! The formats of [`packet`] are for a [`PacketReceiver`](framelock::PacketReceiver). All other formats in the table except
-//! `SixAxes` are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver). Its documentation
-//! says when a frame is delivered, and which frames can be lost. `SixAxes` is a
+//! The formats of [`packet`] are for a [`PacketReceiver`](framelock::PacketReceiver). All other formats in the table
+//! except `SixAxes` are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver). The
+//! documentation of `BufferedReceiver` says when a frame is delivered, and which frames can be lost. `SixAxes` is a
 //! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver).
 //!
 //! The formats find and check each message, and decode the fields that every message of the protocol has. Your program

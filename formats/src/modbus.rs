@@ -26,11 +26,12 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 /// each frame, and nothing else ends a frame. So report each pause to the receiver as
 /// [`LineEvent::Idle`](framelock::LineEvent::Idle).
 ///
-/// At a pause, the receiver delivers the longest frame that ends there and begins after the last line event. If the
+/// At a pause, the receiver delivers the longest frame that ends there and begins after the previous line event. If the
 /// pause between two frames is missed, the second frame is delivered. If a frame contains a pause, this frame is lost.
 ///
 /// The message contains the bytes before the CRC: the address, the function code and the data. The CRC detects every
-/// burst of up to 16 wrong bits. One in 65 536 random suffixes passes undetected.
+/// burst of up to 16 wrong bits. At a pause, the receiver tries one suffix of the pending bytes after another. One in
+/// 65 536 random suffixes passes undetected.
 ///
 /// Source: "MODBUS over Serial Line, Specification and Implementation Guide V1.02", sections 2.5.1 and 6.2.2.
 ///

@@ -1,9 +1,9 @@
 //! Packets of any bytes between delimiters: SLIP, COBS, and HDLC with a CRC-16.
 //!
-//! `MOST` is the number of bytes in the longest packet, without delimiters and stuffing. A receiver needs a buffer of
-//! `MOST + 1` bytes, or of `MOST + 3` bytes for [`Hdlc`], whose packets have a checksum. SLIP and COBS check nothing,
-//! so a packet whose bytes have changed on the line is delivered, too. If your packets have a checksum, describe them
-//! as a [`Layout`](crate::layout::Layout), or check them in the program.
+//! `MOST` is the number of bytes in the longest packet, without delimiters, stuffing and CRC. A receiver needs a buffer
+//! of `MOST + 1` bytes, or of `MOST + 3` bytes for [`Hdlc`], whose packets have a checksum. SLIP and COBS check
+//! nothing, so a packet whose bytes have changed on the line is delivered, too. If your packets have a checksum,
+//! describe them as a [`Layout`](crate::layout::Layout), or check them in the program.
 //!
 //! ```
 //! use framelock::{PacketReceiver, Stuffing};
@@ -30,7 +30,7 @@ use framelock::{Classification, DiscardReason, Format, LineEvent, PacketFormat, 
 
 use crate::layout::Crc;
 
-/// The check of HDLC's frames and of PPP: CRC-16/IBM-SDLC.
+/// The CRC of HDLC and PPP frames: CRC-16/IBM-SDLC.
 const CRC: Crc = Crc {
     initial: 0xFFFF,
     reflected_in: true,
@@ -51,8 +51,8 @@ pub struct Slip<const MOST: usize>;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Cobs<const MOST: usize>;
 
-/// The format of packets of up to `MOST` bytes, framed like HDLC on a UART, with a CRC-16/IBM-SDLC after the packet. The
-/// CRC's low byte comes first. The message is the packet without its CRC.
+/// The format of packets of up to `MOST` bytes, framed like HDLC on a UART, with a CRC-16/IBM-SDLC after the packet.
+/// The CRC's low byte comes first. The message is the packet, without the CRC.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Hdlc<const MOST: usize>;
 

@@ -11,8 +11,8 @@ impl CheckedLayout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
     /// bytes as they are. If silence ends the frame, the sender must be silent after these bytes. If the layout has
     /// several syncs or several terminators, writes the first sync and the first terminator, unless the bytes already
-    /// have a valid one. If the frame has a trailer, set the bits that announce the trailer before you call this
-    /// function, and append the trailer after the call.
+    /// have a valid one. If the frame has a trailer, the bytes include the trailer. Set the bits that announce the
+    /// trailer before you call this function, and write the content of the trailer before or after the call.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.

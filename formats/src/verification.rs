@@ -3,7 +3,8 @@
 //! and write frames, and the functions that decode the frames of the shipped formats.
 //!
 //! Each harness for the laws classifies two prefixes of arbitrary bytes: the first `some` bytes, and the first `more`
-//! bytes. An arbitrary function decides whether a frame's checksum is correct, so the laws hold with every checksum.
+//! bytes. In [`laws`], arbitrary results replace the results of parsing the header and of checking the rest of the
+//! frame, so the laws hold with every header and every checksum.
 
 mod any_layout;
 mod any_of;

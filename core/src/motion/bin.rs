@@ -65,9 +65,9 @@ impl Encode for BinCrc8 {
 
 /// Computes CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
 ///
-/// The code, whose words are four bytes followed by their checksum, has Hamming distance 4. The function takes 32
-/// steps, each with one shift and one exclusive or. A faster function with a table would not be worth the flash,
-/// because the receiver computes a checksum only when all fixed bytes are right.
+/// Four bytes and their checksum form a code of Hamming distance 4. The function takes 32 steps, each with one shift
+/// and one exclusive or. A faster function with a table would not be worth the flash, because the receiver computes a
+/// checksum only when all fixed bytes are right.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {

@@ -116,9 +116,9 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart. The
-    /// failsafe holds after 0.1 s of silence, and ramps after 0.5 s. Three frames start an approach, which takes at
-    /// least a second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more than 25 ms
-    /// apart, choose a longer `live_travel`.
+    /// failsafe holds after 0.1 s of silence, and moves the output to park after 0.5 s. Three frames start an approach,
+    /// which takes at least a second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more
+    /// than 25 ms apart, choose a longer `live_travel`.
     #[must_use]
     pub const fn for_clock(ticks_per_second: u32, poll_every: u32, park: [D; AXES]) -> Self {
         Self {
@@ -291,7 +291,7 @@ impl core::error::Error for FailsafeError {}
 pub enum Phase {
     /// The output follows the last frame's demands, at most as fast as `live_travel` says.
     Live,
-    /// Frames come again: at least one axis still moves to its demand slowly.
+    /// Frames come again: the speed of at least one axis is still limited by `approach_travel`.
     Approach,
     /// Silence: the output stays where it is.
     Hold,
@@ -324,8 +324,8 @@ pub struct Output<D, const AXES: usize> {
     pub phase: Phase,
 }
 
-/// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The
-/// program passes in the time, as a counter that may wrap.
+/// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The program
+/// passes the time to it, as a counter that may wrap.
 ///
 /// Call [`frame`](Self::frame) for each frame. Call [`poll`](Self::poll) at regular times, and set the actuators to its
 /// output. Only `poll` moves the output.
@@ -334,8 +334,9 @@ pub struct Output<D, const AXES: usize> {
 /// by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever bytes
 /// come, whatever the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a
 /// quarter of the travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves
-/// nothing, and several frames in a row start a slow approach. An approach lasts at least `approach_for`. It ends
-/// within [`live_after`](FailsafeParameters::live_after), however the demands move.
+/// nothing, and several frames in a row start a slow approach. An approach lasts at least `approach_for`, unless a
+/// silence ends it. If frames keep coming and no poll is late, every axis is live within
+/// [`live_after`](FailsafeParameters::live_after) of the approach's start, however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///
@@ -376,16 +377,16 @@ pub struct Failsafe<D, const AXES: usize> {
     now: u32,
     /// Ticks since the last frame. Saturates at the largest number.
     quiet: u32,
-    /// Ticks since the last frame that moved the output. Saturates at the largest number.
+    /// Ticks since the last frame whose demands the output followed. Saturates at the largest number.
     silence: u32,
-    /// The number of frames since the last silence. Saturates at the largest number.
+    /// The number of polls that have taken a frame since the last silence. Saturates at the largest number.
     in_row: u8,
     /// Ticks since the poll that started the approach. A late poll counts as `longest_step`. Saturates at the largest
     /// number.
     approached: u32,
     /// Whether a frame has come since the last poll.
     has_frame: bool,
-    /// Whether a poll has taken a frame.
+    /// Whether any poll has taken a frame yet.
     had_frame: bool,
     demands: [D; AXES],
     axes: [Axis; AXES],
@@ -446,7 +447,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         })
     }
 
-    /// Takes the demands of a frame. The next poll is the time of the frame.
+    /// Takes the demands of a frame. The frame counts as received at the time of the next poll.
     pub fn frame(&mut self, demands: impl Into<[D; AXES]>) {
         self.demands = demands.into();
         self.has_frame = true;
@@ -459,9 +460,9 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.step(ways)
     }
 
-    /// Returns how often the time went backwards: how many polls got a time that is more than half the counter's range
-    /// after the last poll's. Such a poll counts as no time: nothing moves, and a silence does not become longer. So
-    /// poll more often than half the counter's range.
+    /// Returns the number of polls at which the time seemed to go backwards, because it was more than half the
+    /// counter's range after the time of the poll before. Such a poll counts as no time: nothing moves, and a silence
+    /// does not become longer. So poll at least once in half the counter's range.
     #[must_use]
     pub fn clock_faults(&self) -> u32 {
         self.clock_faults
@@ -484,7 +485,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.slow_frames
     }
 
-    /// Counts the time and the frame since the last poll. Returns the time.
+    /// Counts the time since the last poll, and the frame if one has come. Returns this time.
     fn pass(&mut self, now: u32) -> u32 {
         let parameters = &self.parameters;
         let mut elapsed = now.wrapping_sub(self.now);

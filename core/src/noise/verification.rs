@@ -40,8 +40,8 @@ fn runs_end_at_a_start() {
     kani::cover!(run == 0, "none");
 }
 
-/// Theorem 1: the search takes slices of any length up to 4096 bytes. The second byte that it examines can start a frame,
-/// because a search through a whole slice has as many iterations as the slice has blocks.
+/// Theorem 1: the search takes slices of any length up to 4096 bytes. In this harness the second examined byte starts a
+/// frame. Otherwise the prover would have to unroll one iteration for each block of the slice.
 #[kani::proof]
 #[kani::unwind(18)]
 fn long_slice_is_searched() {

@@ -1,12 +1,13 @@
 //! Theorem 14: the receiver of packets between delimiters.
 //!
 //! **14a: packets.** For [`Stuffing::Escape`], [`Stuffing::Cobs`] and [`Stuffing::Break`]: a packet is delivered if and
-//! only if it stands between two delimiters, the format accepts it, and no line event lies between the delimiters except
-//! a pause directly after the first one. The proof follows the receiver through a stream of any length
-//! ([`between_delimiters`]). From any state, a delimiter begins a packet, and a line event ends the packet, except a pause
-//! directly after the delimiter. Outside packets nothing is delivered. After a delimiter, the receiver takes up to five
-//! bytes and another delimiter, and delivers the packet of the definition, or nothing. The definition undoes the stuffing
-//! with a function of its own, which sees all bytes between the delimiters at once.
+//! only if it stands between two delimiters, the format accepts it, and no line event lies between the delimiters
+//! except a pause directly after the first one. The proof follows the receiver through a stream of any length
+//! ([`between_delimiters`]). From any state, a delimiter begins a packet, and a line event ends the packet, except a
+//! pause directly after the delimiter. Outside packets nothing is delivered. After a delimiter, the receiver takes up
+//! to five bytes and another delimiter, and delivers the packet between the two delimiters if the format accepts it,
+//! and otherwise nothing. The harness undoes the stuffing with a function of its own, which sees all bytes between the
+//! delimiters at once.
 //!
 //! **14b: any format and any stuffing**, even if the format breaks its laws and the special bytes are equal. Nothing
 //! panics, and each byte is in exactly one outcome or pending. Proof by induction over the receiver's calls, with the

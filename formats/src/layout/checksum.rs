@@ -20,8 +20,8 @@ pub struct Checksum<'a> {
     pub initial: u32,
     /// The number that the result of a sum or an XOR is XORed with. A CRC has its own [`xor_out`](Crc::xor_out).
     pub xor_out: u32,
-    /// Whether the covered bytes are pairs of hexadecimal digits, and the checksum is that of the bytes that the digits
-    /// stand for, as in Modbus ASCII.
+    /// Whether the covered bytes are pairs of hexadecimal digits, as in Modbus ASCII. Then the checksum is computed
+    /// from the bytes that the digits stand for.
     pub over_hex_digits: bool,
 }
 

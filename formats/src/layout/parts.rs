@@ -59,7 +59,7 @@ pub enum Length {
     /// terminator.
     Delimiter,
     /// The frame ends where the line falls silent: at a pause or a break. So report each pause to the receiver. The
-    /// receiver then delivers only the longest frame that ends at the pause and begins after the last line event. A
+    /// receiver then delivers only the longest frame that ends at the pause and begins after the previous line event. A
     /// framing, parity or overrun error never completes a frame.
     Silence,
 }
@@ -156,7 +156,7 @@ pub struct FixedBits {
     pub at: i16,
     /// The bits of the byte that are fixed.
     pub mask: u8,
-    /// The values of these bits. The other bits must be 0.
+    /// The values of these bits. All other bits of `value` must be 0.
     pub value: u8,
 }
 

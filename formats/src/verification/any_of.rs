@@ -144,7 +144,7 @@ fn any_of_three_before_an_event() {
     }
     if let Classification::Frame(length) = said {
         assert!(1 <= length && length <= count);
-        // If silence ends the frames of no layout, the layout that found the frame also decodes it.
+        // Unless silence ends the frames of some layout, the layout that found the frame also decodes it.
         let is_its_frame =
             |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
         let is_silent = silent.iter().any(Option::is_some);

@@ -271,9 +271,10 @@ fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, cons
     keeps(&layout);
 }
 
-/// Defines a module of harnesses for layouts with delimiters. The numbers are those of [`with_delimiters`]. No harness
-/// has other terminators without a range, because `check` rejects such layouts. The provers need less time for three
-/// harnesses than for one with arbitrary numbers of ranges and terminators.
+/// Defines a module of harnesses for layouts with delimiters. The three numbers of an entry are the parameters `SYNC`,
+/// `END` and `OTHER` of [`with_delimiters`]. No harness has other terminators without a range, because `check` rejects
+/// such layouts. The provers need less time for three harnesses than for one with arbitrary numbers of ranges and
+/// terminators.
 macro_rules! delimiters {
     ($($module:ident: $keeps:ident $sync:literal $end:literal $other:literal)*) => {$(
         mod $module {

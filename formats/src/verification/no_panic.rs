@@ -212,7 +212,8 @@ fn sentence_in_gnss<const N: usize>(first: u8) -> usize {
 }
 
 /// The bytes begin with the first byte of a sync, or with 0. The 0 stands for all other bytes, because only the
-/// comparison with the syncs examines the first byte. For each protocol, the bytes are too few for a frame, and enough.
+/// comparison with the syncs examines the first byte. For each protocol, one call has too few bytes for a frame, and
+/// one call has enough.
 #[kani::proof]
 #[kani::unwind(32)]
 fn in_decoding_gnss() {

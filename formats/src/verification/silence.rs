@@ -82,8 +82,8 @@ impl Format for Short {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// At a pause or a break, the receiver delivers only the longest frame that ends there and begins after the last event.
-/// It delivers nothing earlier, and nothing at any other event.
+/// At a pause or a break, the receiver delivers only the longest frame that ends there and begins after the previous
+/// event. It delivers nothing earlier, and nothing at any other event.
 mod the_longest_suffix_is_delivered {
     use super::{BufferedReceiver, Short, any_line_event, is_silence, xor};
 

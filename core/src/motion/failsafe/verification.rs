@@ -1,5 +1,5 @@
-//! Theorem 10, by induction over the polls. Each harness takes any parameters, any state that satisfies the invariant,
-//! any frame and any time, and polls once. The invariant holds at the start ([`no_panic`]) and after each poll
+//! Theorem 10, by induction over the polls. Most harnesses take any parameters, any state that satisfies the invariant,
+//! any frame and any time, and poll once. The invariant holds at the start ([`no_panic`]) and after each poll
 //! ([`output_is_bounded`]).
 //!
 //! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
@@ -30,8 +30,9 @@
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. Each axis has a
-    /// position, is live or not, and rises or not. The proofs about the failsafe in C use this function.
+    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. The values of an axis
+    /// are its position, whether the axis is live, and whether it rises. The proofs about the failsafe in C use this
+    /// function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
         [
@@ -267,7 +268,7 @@ fn goes_live_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     failsafe.axes[0].is_live = false;
     failsafe.quiet = 0;
     kani::assume(failsafe.follows());
-    // A frame in each poll, and polls within `longest_step`: no silence.
+    // Each poll takes a frame and comes within `longest_step`, so there is no silence.
     kani::assume(failsafe.parameters.longest_step < failsafe.parameters.hold_after);
     let live_after = failsafe.parameters.live_after();
     let mut left = live_after;
@@ -332,8 +333,8 @@ fn speed_is_stated<D: Demand + kani::Arbitrary>() {
     );
 }
 
-/// Defines a harness for three axes with demands of 8 bits. After a number, also defines one for this many axes with demands
-/// of 16 bits.
+/// Defines a harness for three axes with demands of 8 bits. If a number follows the name, also defines a harness for
+/// this many axes with demands of 16 bits.
 macro_rules! for_demands {
     ($($module:ident $($axes:literal)?)*) => {
         $(mod $module {
@@ -344,7 +345,7 @@ macro_rules! for_demands {
             }
 
             $(
-                // Kani compares two demands byte by byte.
+                // The bound is for bytes, because Kani compares arrays of demands byte by byte.
                 #[kani::proof]
                 #[kani::unwind(5)]
                 fn of_16_bits() {
@@ -603,7 +604,7 @@ mod check {
     }
 
     /// An axis is live only if the approach has lasted long enough. The time of the approach begins with the poll that
-    /// takes the last frame of the row, and a poll counts for at most `longest_step`.
+    /// takes the frame that completes the row, and a poll counts for at most `longest_step`.
     pub(super) fn approach_is_slow<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,

@@ -6,8 +6,8 @@ use crate::{Codes, Found, Stuffing};
 
 const LONGEST: usize = 3;
 
-/// The new byte, and each byte that was pending, is in one outcome or pending. The frame's bytes are unstuffed, so a
-/// frame has at most as many bytes as were received for it.
+/// After a push, the new byte and each byte that was pending are in one outcome, or still pending. A frame's bytes are
+/// unstuffed, so they may be fewer than the bytes that were received for the frame.
 fn byte_is_placed(stuffing: Stuffing) {
     let mut buffer = [0; LONGEST];
     let mut receiver = any_receiver(Lawless::<LONGEST>(stuffing), &mut buffer);

@@ -1,4 +1,4 @@
-//! 14a: the receiver delivers the packets of the definition, and nothing else.
+//! 14a: the receiver delivers each accepted packet between two delimiters, and nothing else.
 
 use super::{Accepting, Break, Cobs, Hdlc, Kind, Slip, any_receiver};
 use crate::any_format::{any_line_event, any_up_to, part};
@@ -8,7 +8,7 @@ use crate::{Codes, LineEvent, Stuffing};
 /// One more than the number of bytes in the longest packet.
 const LONGEST: usize = 4;
 
-/// The most bytes between two delimiters in these harnesses.
+/// The greatest number of bytes between two delimiters in these harnesses.
 pub(super) const BETWEEN: usize = 5;
 
 type Receiver<'b, K> = super::Receiver<'b, Accepting<K, LONGEST>, LONGEST>;
@@ -116,7 +116,8 @@ pub(super) fn unstuffed(stuffing: Stuffing, bytes: &[u8]) -> Option<Packet> {
     (next <= bytes.len()).then_some(packet)
 }
 
-/// After a delimiter, the receiver takes any bytes and another delimiter.
+/// After a delimiter, the receiver takes any bytes and another delimiter. It delivers the packet between them if the
+/// format accepts the packet, and otherwise nothing.
 fn packet_is_delivered<K: Kind>(kind: K) {
     let stuffing = K::STUFFING;
     let format = Accepting::any(kind);

@@ -78,8 +78,8 @@ fn packet_begins<K: Kind>(kind: K, code: u8) {
     from(true, 3, 1);
 }
 
-/// From any beginning of a packet with one byte, the receiver takes the rest of the packet, and delivers the packet. If
-/// `content` is `None`, the code is the packet's byte.
+/// From any state at the beginning of a packet of one byte, the receiver takes the rest of the packet, and delivers the
+/// packet. If `content` is `None`, the code is the packet's byte.
 fn packet_ends<K: Kind>(kind: K, code: u8, content: Option<u8>) {
     let format = Accepting::any(kind);
     kani::assume(format.accepts(&[content.unwrap_or(code)]));
