@@ -139,7 +139,7 @@ typedef struct {
     bool had_frame; /* whether a poll has taken a frame */
     failsafe_demand demands[FAILSAFE_AXES];
     failsafe_axis axes[FAILSAFE_AXES];
-    uint32_t clock_faults; /* how often the time went backwards; then nothing moves */
+    uint32_t clock_faults; /* how often the time seemed to go backwards; such a poll counts as no time */
     uint32_t late_polls; /* polls more than longest_step after the poll before; they make the axes slower */
     uint32_t slow_frames; /* frames hold_after or more after the frame before: if this grows, the sender is too slow */
 } failsafe;
