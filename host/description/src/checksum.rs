@@ -64,7 +64,7 @@ fn aliases() -> impl Iterator<Item = (&'static str, &'static str)> {
     lines.filter_map(|line| line.split_once(" = "))
 }
 
-/// Returns a name in the catalogue's own spelling: `CRC-8/DVB-S2`.
+/// Returns a name as CRC catalogues spell it: `CRC-8/DVB-S2` for `CRC_8_DVB_S2`.
 fn spelled(name: &str) -> String {
     match *name.splitn(3, '_').collect::<Vec<_>>() {
         ["CRC", width, rest] => format!("CRC-{width}/{}", rest.replace('_', "-")),
@@ -72,8 +72,8 @@ fn spelled(name: &str) -> String {
     }
 }
 
-/// Returns the letters and digits of a name, in lower case. Spellings of a name differ only in case and in other
-/// characters.
+/// Returns the letters and digits of a name, in lower case. The result is the same for every spelling of a name, such
+/// as `CRC-16/MODBUS` and `crc16_modbus`.
 fn plain(name: &str) -> String {
     let letters = name.chars().filter(char::is_ascii_alphanumeric);
     letters.collect::<String>().to_ascii_lowercase()
@@ -219,7 +219,8 @@ mod tests {
         // The words are 4020 and 00FF.
         assert_eq!(of("sum-words", &bytes), 0x411F);
         assert_eq!(of("xor-words", &bytes), 0x40DF);
-        // With the three bytes, the first sum becomes 20, 60 and 5F, and the second sum becomes 20, 80 and DF.
+        // With the three bytes, the first sum becomes 20, then 60, then 5F. The second sum becomes 20, then 80, then
+        // DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }
 

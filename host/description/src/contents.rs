@@ -1,5 +1,4 @@
-//! The walk along the fields of a frame, which finds the bytes of each field and reads its values. All output goes this
-//! way.
+//! Finds the bytes of each field in a frame, and reads the field's values.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -12,9 +11,9 @@ use crate::pattern::TextPlace;
 use crate::value::Value;
 
 impl Kind {
-    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the frame
-    /// is too short, and fields whose value is missing. CSV and JSON, which prepare the names of all fields, call
-    /// [`Contents::of`] for each field instead.
+    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the
+    /// frame is too short, and fields whose value is missing. The writers of CSV and JSON prepare the names of all
+    /// fields, and call [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
@@ -42,7 +41,7 @@ impl Kind {
     }
 }
 
-/// The last place, if no value has been found yet. No pattern has this index.
+/// The place in `last_part` before any value has been found. No pattern has this index.
 const NOWHERE: TextPlace = TextPlace {
     pattern: usize::MAX,
     value: 0,
@@ -63,8 +62,8 @@ pub struct Contents<'f> {
 }
 
 impl<'f> Contents<'f> {
-    /// Returns the content of a field; `None` if the frame has none of the field's values, or its text differs from the
-    /// pattern before the value. Zeros that the sender has left out count as present.
+    /// Returns the content of a field; `None` if the frame has none of the field's values, or if the frame's text
+    /// differs from the pattern before the value. Zeros that the sender has left out count as present.
     #[inline]
     #[must_use]
     pub fn of(&self, field: &'f Field) -> Option<Content<'f>> {
@@ -223,7 +222,8 @@ impl Field {
         number.map_or(Value::Missing, |number| self.scaled(number))
     }
 
-    /// Returns the bits of the mask; `None` if they mean that there is no value.
+    /// Returns the bits that the mask selects, moved to the lowest bit; `None` if these bits mean that there is no
+    /// value.
     #[inline]
     fn masked(&self, bits: u64) -> Option<u64> {
         let bits = match self.mask {
@@ -341,7 +341,8 @@ fn bits_of(bytes: &[u8], first: usize, width: usize) -> u64 {
     bits & ones(width)
 }
 
-/// Returns the bits of a number in hex digits. The digits of each byte are in the order of the bytes.
+/// Returns the bits of a number in hex digits. Each byte has two digits, and the bytes are in the order of the number's
+/// type.
 fn bits_of_hex(kind: NumberType, digits: &[u8]) -> Option<u64> {
     let mut bytes = [0; 8];
     for (byte, pair) in bytes.iter_mut().zip(digits.chunks(2)) {

@@ -106,7 +106,7 @@ impl Kind {
     fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, EncodeError> {
         let layout = self.layout();
         let (mut contents, mut ends, mut appended) = (Vec::new(), Vec::new(), Vec::new());
-        // A text is made from its values, unless a field with the whole text is given.
+        // Make the text from its values, unless the row gives the whole text.
         let mut wholes = self.fields.iter().filter(|field| self.is_whole_text(field));
         let is_whole_given = wholes.any(|field| !given(field).into_iter().all(is_nothing));
         let made = (!self.texts.is_empty() && !is_whole_given).then(|| self.text(&given));
@@ -185,7 +185,8 @@ impl Kind {
             put(field, bits, &mut frame);
         }
         frame.extend(appended);
-        // The counted length differs if the end of the text and the terminator together form another terminator.
+        // If the end of the text and the terminator together form another terminator, the counted length differs from
+        // the frame's length.
         if !layout.seal(&mut frame) || layout.counted_length(&frame) != frame.len() {
             return Err(self.why_not(&frame));
         }
@@ -246,7 +247,7 @@ impl Kind {
                 },
             };
         }
-        // The empty cells at the end of an array are no values. In a field of floating-point numbers, `null` means NaN.
+        // Leave out the empty cells at the end of an array. In a field of floating-point numbers, `null` means NaN.
         let is_float = field.class() == Class::Float && field.missing.is_none();
         while given.last().is_some_and(|value| match value {
             Json::Null => !field.is_array() && !is_float,
@@ -266,8 +267,9 @@ impl Kind {
         Ok(Some(Bits::Numbers(bits.collect::<Result<_, _>>()?)))
     }
 
-    /// If fewer values are given than a frame of `length` bytes has, adds the number that means "no value", or the
-    /// zeros that a sender leaves out. Returns an error if there is neither.
+    /// If fewer values are given than a frame of `length` bytes has, adds the number that means "no value". If the
+    /// field has no such number, adds zeros, but only if no value is given and the sender leaves out zeros. Otherwise
+    /// returns an error.
     fn complete(
         &self,
         field: &Field,
@@ -287,7 +289,7 @@ impl Kind {
         Ok(())
     }
 
-    /// Returns whether a field has the whole text of a frame.
+    /// Returns whether a field contains the whole text of a frame.
     fn is_whole_text(&self, field: &Field) -> bool {
         let end = self.layout().longest - self.from_end;
         field.text.is_none()
@@ -321,7 +323,7 @@ impl Kind {
             }
         }
         let text = pattern.text(&values);
-        // A value that contains the literal after it would be read as another value.
+        // If a value contains the literal that follows the value, decoding would return another value.
         for (number, value) in pattern.values.iter().enumerate() {
             let start = pattern.start(&text);
             let found = start.and_then(|start| pattern.find(&text, number, start));

@@ -188,7 +188,7 @@ pub(crate) fn span<T>(entry: Option<&Spanned<T>>) -> Range<usize> {
     entry.map_or(0..0, Spanned::span)
 }
 
-/// Parses the text of an entry. The position of an error is that of the text.
+/// Parses the text of an entry. An error has the position of the entry's text.
 pub(crate) fn parsed<T>(
     text: &Text,
     parse: impl Fn(&str) -> Result<T, Mistake>,

@@ -1,4 +1,4 @@
-//! Makes frames without values of fields, as examples.
+//! Makes example frames from bytes that the caller chooses, instead of from values of fields.
 
 use framelock_formats::layout::ByteOrder;
 
@@ -13,8 +13,9 @@ impl Kind {
             .collect()
     }
 
-    /// Makes a frame of `length` bytes with this number of a message. `fill` returns the byte at an index, which the
-    /// layout's own parts then replace. Returns `None` if there is no such frame.
+    /// Makes a frame of `length` bytes with this message number. `fill` returns the byte for each index. The sync, the
+    /// checksum and other parts of the layout then replace some of these bytes. Returns `None` if there is no such
+    /// frame.
     #[must_use]
     pub fn frame(
         &self,

@@ -24,8 +24,8 @@ pub struct Field {
     pub notation: Notation,
     /// The number of digits after the point with which a decimal number in text is written; `None` if it is not given.
     pub decimals: Option<u32>,
-    /// The greatest number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
-    /// rest of the frame.
+    /// The greatest number of values in an array. For bytes and text, the number of bytes. `None` means a single value,
+    /// or for bytes and text the rest of the frame.
     pub count: Option<usize>,
     /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
     pub mask: Option<u64>,
@@ -39,13 +39,14 @@ pub struct Field {
     pub missing: Option<Value<'static>>,
     /// The byte that pads a text to its fixed number of bytes.
     pub padding: Option<u8>,
-    /// The place of the value in the frame's text. Then the field's own position is that of the whole text.
+    /// If the field is a value in the frame's text: the place of the value in the text. The field's position `at` is
+    /// then the position of the whole text.
     pub text: Option<TextPlace>,
     /// If the field has the same value in every frame: the bits of this value, at the positions of the mask.
     pub constant: Option<u64>,
-    /// The values that the field may have; none if it may have any value.
+    /// The values that the field may have; empty if the field may have any value.
     pub allowed: Vec<u32>,
-    /// If the field takes the rest of the frame: the number of bytes after the field.
+    /// The number of bytes at the end of the frame that the field cannot occupy.
     pub margin: usize,
     /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
@@ -55,9 +56,9 @@ pub struct Field {
 
 /// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
 /// has the field; `None` if the range depends on the frame's length. `values` is the greatest number of values.
-/// `is_plain` says whether the field's bytes are the number itself. `missing` is the bits that mean that there is no
-/// value. `is_special` says whether the field has an unusual notation, padding, names, or NaN as the missing value.
-/// `is_simple` says whether the field is neither a part of a text nor the trailer.
+/// `is_plain` says whether the field is one byte whose unsigned number is the value. `missing` is the bits that mean
+/// that there is no value. `is_special` says whether the field has an unusual notation, padding, names, or NaN as the
+/// missing value. `is_simple` says whether the field is neither a part of a text nor the trailer.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     pub(crate) place: Option<(Range<usize>, usize)>,
@@ -203,7 +204,8 @@ impl Field {
         }
     }
 
-    /// Returns the number of bytes that the first `values` values occupy, including a byte that the last value shares.
+    /// Returns the number of bytes that the first `values` values occupy, including a last byte that the values fill
+    /// only in part.
     fn bytes_of(&self, values: usize) -> usize {
         match self.kind {
             Type::Number(_) => self.number_bytes() * values,
@@ -285,9 +287,10 @@ impl Field {
         (from <= to && to <= end).then_some(from..to)
     }
 
-    /// Ends a field that takes the rest of the frame before the frame's last `from_end` bytes. If all frames have the
-    /// same length, the field has a fixed length too, unless it is a part of a text. Returns false if no byte is left
-    /// for the field.
+    /// Ends the field before the frame's last `from_end` bytes if the field is counted from the front and frames vary
+    /// in length. If all frames have the same length, a field that takes the rest of the frame gets a fixed length,
+    /// unless the field is a part of a text. Also computes the properties that are needed for each frame. Returns false
+    /// if no byte is left for the field.
     pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
         let fixed_length = fixed_length.filter(|_| self.text.is_none());
         if let (Some(length), None) = (fixed_length, self.length()) {
@@ -364,8 +367,9 @@ impl Field {
         }
     }
 
-    /// Returns the bytes that have bits of a value: the index of each byte in the field, its bits, and for a constant
-    /// field those of its bits that are 1. If the field takes the rest of the frame, `left` is its number of bytes.
+    /// Returns the bytes that have bits of a value. For each byte, the map has the byte's index in the field, a mask of
+    /// these bits, and a mask of the bits that are 1 in a constant field. If the field takes the rest of the frame,
+    /// `left` is its number of bytes.
     pub(crate) fn masks(&self, left: usize) -> BTreeMap<usize, (u8, u8)> {
         if self.notation == Notation::Hex && !self.is_bytes() {
             let digits = self.constant.map(|bits| self.hex_digits(bits));

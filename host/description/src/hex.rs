@@ -14,8 +14,7 @@ pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, HexError> {
     let mut bytes = Vec::new();
     let mut number = 0;
     for argument in arguments {
-        // An argument that is not Unicode gets U+FFFD for its invalid parts, so it is rejected as
-        // hex, too.
+        // If an argument is not Unicode, its invalid parts become U+FFFD, which is no hex digit.
         let argument = argument.as_ref().to_string_lossy();
         let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
         for word in words.filter(|word| !word.is_empty()) {

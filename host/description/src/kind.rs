@@ -29,8 +29,8 @@ pub struct Kind {
     /// the end.
     pub from_end: usize,
     /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view whose identifying bytes the frame has, and whose fields all fit. If there is no such view, one field
-    /// that fits is enough.
+    /// first view whose identifying bytes the frame has, and whose fields all fit. If there is no such view, the frame
+    /// is shown by the first view whose identifying bytes the frame has, and of which at least one field fits.
     pub views: Vec<Kind>,
     /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
     /// are no such bytes, the beginning of the frame's text identifies the frames.

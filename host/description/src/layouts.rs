@@ -1,4 +1,5 @@
-//! The layouts of a description. A layout borrows its parts; here they are owned together.
+//! The layouts of a description. A [`Layout`] borrows its parts. [`Layouts`] owns several layouts together with their
+//! parts.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -93,7 +94,7 @@ self_cell!(
     impl {Debug}
 );
 
-/// The format of the frames of a description. Its message consists of the index of the frame's kind, and the frame.
+/// The format of a description's frames. A received message is the index of the frame's kind, and the frame's bytes.
 #[derive(Clone, Debug)]
 pub struct Layouts(Arc<OwnedLayouts>);
 

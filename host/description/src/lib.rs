@@ -105,8 +105,8 @@ const MOST_FILES: usize = 3;
 pub struct Description {
     /// The kinds of frames, at least one, in the order in which they are tried.
     pub kinds: Vec<Kind>,
-    /// The columns for the values of all kinds. If there are several kinds, the first column contains the name of the
-    /// kind.
+    /// The columns for the values of all kinds. If [`has_kinds`](Self::has_kinds) is true, the first column contains
+    /// the name of the frame's kind, view or message.
     pub columns: Vec<Column>,
     layouts: Layouts,
 }
@@ -134,7 +134,7 @@ impl Description {
         Self::parse_within(name, text, 0)
     }
 
-    /// Parses the text of a description that `depth` other descriptions contain.
+    /// Parses the text of a description. `depth` counts the files that contain this description, one inside another.
     fn parse_within(name: &str, text: &str, depth: usize) -> Result<Self, Problem> {
         let entries = toml::from_str(text).map_err(Located::from);
         entries
@@ -240,7 +240,8 @@ impl Description {
         Some(before.iter().copied().chain(last).collect())
     }
 
-    /// Returns the line event that ends frames which their own bytes do not end, or `None` if there are no such frames.
+    /// Returns the line event that ends frames if their own bytes do not end them; `None` if no frame needs such an
+    /// event.
     #[must_use]
     pub fn ending_event(&self) -> Option<LineEvent> {
         let mut all = self.layouts.all().iter();
@@ -324,7 +325,8 @@ impl Description {
         self.columns.iter().filter(is_of_kind).collect()
     }
 
-    /// Returns true if there are several kinds or views, so that the output must name the kind of a frame.
+    /// Returns true if there are several kinds, or a kind has views or named messages. The output must then name the
+    /// kind of each frame.
     #[must_use]
     pub fn has_kinds(&self) -> bool {
         has_kinds(&self.kinds)
@@ -334,8 +336,8 @@ impl Description {
 /// Reads the text of a description from a file. A definition of MAVLink's messages, in XML, becomes a description.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Never
-/// reads more than the limit.
+/// Returns an error if the file cannot be read, is not text, or is too long, or if a definition has a mistake. Does not
+/// read a file beyond the limit of 1 MiB.
 pub fn read(path: &Path) -> Result<String, ReadError> {
     let text = read_text(path)?;
     let beginning = text.trim_start_matches('\u{FEFF}').trim_start();
@@ -358,7 +360,8 @@ pub(crate) fn read_text(path: &Path) -> Result<String, ReadError> {
     }
 }
 
-/// Returns the shipped description with this name, or that of a file whose path is relative to the folder of `parent`.
+/// Returns the shipped description with this name. If there is none, `name` is the path of a file, relative to the
+/// folder of the file `parent`.
 fn named(name: &str, parent: &str, depth: usize) -> Result<Description, Mistake> {
     let path = Path::new(parent).with_file_name(name);
     let (name, text) = match shipped(name) {
@@ -427,7 +430,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
             let count = counts.remove(&(&*field.name, field.is_array()));
             for number in 0..count.unwrap_or(field.values()) {
                 let name = field.column(number);
-                // The header of a table may be in capitals.
+                // The header of a table may be in capitals, so names must differ in more than case.
                 if number < field.values() && !own.insert(name.to_ascii_lowercase()) {
                     return Err(same_name("values are", &name));
                 }

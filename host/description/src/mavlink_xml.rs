@@ -17,7 +17,7 @@ use roxmltree::{Document, Node};
 use crate::problem::ReadError;
 use crate::{hex, read_text, shipped};
 
-/// The types of values in a definition, each with the same type of a description.
+/// The types of values in a definition, each with the name of this type in a description.
 const TYPES: &str = "char text, uint8_t u8, uint8_t_mavlink_version u8, int8_t i8, uint16_t u16le, int16_t i16le, \
     uint32_t u32le, int32_t i32le, uint64_t u64le, int64_t i64le, float f32le, double f64le";
 
@@ -55,7 +55,7 @@ struct Definition<'d> {
 
 #[derive(Default)]
 struct Enum<'d> {
-    /// Whether values are sums of entries.
+    /// Whether a value is the sum of several entries.
     is_bitmask: bool,
     entries: BTreeMap<i64, &'d str>,
 }
@@ -169,7 +169,8 @@ impl<'d> Definition<'d> {
         (is_short && other.is_none()).then_some(())
     }
 
-    /// Returns the description of the frames of a version, or an empty text if the version has none of the messages.
+    /// Returns the description of the frames of this MAVLink version. Returns an empty text if the version cannot carry
+    /// any of the messages' numbers.
     fn kind(&self, version: u8) -> String {
         let (at, width, first) = if version == 1 { (5, 1, 6) } else { (7, 3, 10) };
         let (mut known, mut views) = (Vec::new(), Vec::new());
@@ -261,7 +262,8 @@ impl<'d> Field<'d> {
             (None, Some((factor, unit))) if !self.is_float() => (factor.parse().ok(), Some(unit)),
             (None, _) => (None, unit),
             (Some(Ok(factor)), _) if !self.is_float() => (Some(factor), unit),
-            // A factor such as 360/255 is no decimal number, so the value is not scaled. Its unit would then be wrong.
+            // A factor such as 360/255 is no decimal number, and floating-point numbers are never scaled. Leave out the
+            // unit, because it would be wrong for the unscaled number.
             (Some(_), _) => (None, None),
         }
     }

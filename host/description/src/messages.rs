@@ -18,7 +18,8 @@ pub(crate) enum Known {
     List(Vec<Entry>),
 }
 
-/// A dialect, or a row for one message: its number, its extra byte, and the largest value of the length field.
+/// A dialect, or a row for one message: its number, the extra byte that its checksum covers, and the largest value of
+/// its length field.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum Entry {

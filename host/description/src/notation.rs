@@ -14,9 +14,9 @@ pub enum Notation {
     Signed,
     /// A whole number whose highest bit is the sign, and whose other bits are the magnitude.
     SignMagnitude,
-    /// A whole number in two's complement, whose sign is ignored.
+    /// The magnitude of a whole number in two's complement.
     Magnitude,
-    /// A whole number with a decimal digit in each four bits.
+    /// A whole number in binary-coded decimal: each four bits hold a decimal digit.
     Bcd,
     /// A floating-point number, as in IEEE 754.
     #[serde(skip)]
@@ -79,8 +79,8 @@ impl Notation {
         }
     }
 
-    /// Returns the index from which the literal after a value may begin: after the blanks and the sign of a number, or
-    /// after the comma of degrees.
+    /// Returns the index from which to search for the literal after a value. The blanks and the sign of a number, and
+    /// the comma of degrees, belong to the value.
     pub(crate) fn least(self, text: &[u8]) -> usize {
         match self {
             Self::Text => 0,
@@ -115,8 +115,8 @@ fn before_blanks(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// Reads a decimal number of up to eighteen digits. Returns its digits as an integer, the power of ten by which they are
-/// multiplied, and the number of decimals.
+/// Reads a decimal number of up to eighteen digits. Returns the number without its decimal point, the power of ten by
+/// which this multiplies the number, and the number of decimals.
 fn decimal(text: &[u8]) -> Option<(i128, i128, u32)> {
     let (sign, digits) = after_sign(text);
     let (mut number, mut count, mut point) = (0_i64, 0, None);

@@ -49,7 +49,7 @@ impl NumberType {
         all.into_iter().flatten().filter(is_type)
     }
 
-    /// Returns the type with this name. The error lists the types, after the names of `others`.
+    /// Returns the type with this name. The known names in the error are `others`, then the types.
     pub(crate) fn parse(name: &str, others: &[&str]) -> Result<Self, Mistake> {
         let found = Self::all().find(|number| number.to_string() == name);
         found.ok_or_else(|| {
@@ -71,7 +71,7 @@ impl NumberType {
         self.class == Class::Unsigned && self.bytes <= 4
     }
 
-    /// Returns the layout's number that has this type and begins at this position of the frame.
+    /// Returns the place of a number of this type that begins at this position of the frame, as a [`Number`].
     pub(crate) fn at(self, at: usize) -> Number {
         Number::new(at, self.bytes, self.order)
     }

@@ -81,7 +81,8 @@ impl Pattern {
 }
 
 impl Pattern {
-    /// Returns whether a text begins like the pattern, up to the first value.
+    /// Returns whether a text begins with the pattern's first literal. If the pattern begins with skipped bytes,
+    /// returns whether the text contains the literal after these bytes.
     pub(crate) fn begins(&self, text: &[u8]) -> bool {
         match (begins(&self.first, text), &*self.values) {
             (Some(0), [first, ..]) if first.name.is_none() => end(&first.after, text, 0).is_some(),
@@ -89,15 +90,16 @@ impl Pattern {
         }
     }
 
-    /// Returns the first value and the index at which it begins; `None` if the text begins with other bytes.
+    /// Returns the number of the first value, which is 0, and the index at which the value begins; `None` if the text
+    /// begins with other bytes.
     pub(crate) fn start(&self, text: &[u8]) -> Option<(usize, usize)> {
         Some((0, begins(&self.first, text)?))
     }
 
     /// Returns the bytes of a value, and the index after the literal that follows it; `None` if the text differs from
-    /// the pattern before the value. If the text ends before that literal, the value reaches to the end of the text.
-    /// The search begins at `from`: the number of this value or of an earlier value, and the index at which that value
-    /// begins.
+    /// the pattern before the value. If the text does not contain this literal, the value reaches to the end of the
+    /// text. The search begins at `from`: the number of this value or of an earlier value, and the index at which that
+    /// value begins.
     pub(crate) fn find<'t>(
         &self,
         text: &'t [u8],
@@ -109,7 +111,7 @@ impl Pattern {
             at += value.end(text.get(at..)?)?.1;
         }
         let rest = text.get(at..)?;
-        // If the text ends here, no value follows.
+        // Without this literal, the text has no further value.
         let (end, next) = self.values[number]
             .end(rest)
             .unwrap_or((rest.len(), usize::MAX - at));

@@ -81,7 +81,7 @@ pub enum Mistake {
     /// The parts of a kind of frames contradict each other.
     #[error("{}{message}{}", prefix(.kind.as_ref()), suffix(*.bytes))]
     Layout {
-        /// The kind's name, if there are several kinds.
+        /// The kind's name, if the kind is in `[[kinds]]`.
         kind: Option<String>,
         /// The contradiction.
         message: &'static str,
@@ -191,7 +191,7 @@ pub enum HexReason {
     /// The word has an odd number of digits, or none.
     #[error("is not a whole number of bytes: two digits make a byte")]
     Odd,
-    /// The word is not one byte, or a range of bytes.
+    /// The word is neither one byte nor a range of bytes.
     #[error("is not a byte, or a range such as 20-7E")]
     Range,
 }
@@ -229,7 +229,7 @@ impl fmt::Display for UnknownName {
     }
 }
 
-/// A file that has no description.
+/// The reason why a file cannot be read as a description.
 #[derive(Debug, Error)]
 pub enum ReadError {
     /// The file cannot be read.
@@ -346,7 +346,7 @@ pub enum Misfit {
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),
-    /// The text has another length.
+    /// The text does not have the field's length.
     #[error("has {given} bytes instead of {wanted}")]
     Length {
         /// The number of bytes in the text.

@@ -78,7 +78,8 @@ impl Field {
         Ok(Some(Value::Signed(*number)))
     }
 
-    /// Returns the whole number before scaling that is nearest to a value. The number must be in this range.
+    /// Returns the whole number before scaling that is nearest to a value. Returns an error if this number is not from
+    /// `least` to `most`.
     fn whole(&self, value: &Json, least: i128, most: i128) -> Result<i128, Misfit> {
         let number = match (self.named(value)?, &self.scale) {
             (Some(number), _) => number.digits().map(|(digits, _)| digits),
@@ -116,7 +117,7 @@ impl Field {
         if let (Some(padding), true) = (self.padding, bytes.len() < wanted) {
             bytes.resize(wanted, padding);
         } else if self.kind == Type::Text && self.is_decimal() {
-            // Zeros fill a number, after its sign.
+            // Fill a number with zeros after its sign.
             let sign = usize::from(bytes.first() == Some(&b'-'));
             let zeros = wanted.saturating_sub(bytes.len());
             bytes.splice(sign..sign, std::iter::repeat_n(b'0', zeros));
@@ -145,7 +146,7 @@ impl Field {
     }
 
     /// Returns the digits of the decimal number before scaling that is nearest to a value, and the number of decimals.
-    /// If the description does not give a number of decimals, the shown number has as many decimals as the value.
+    /// If the description does not give a number of decimals, it is the number that the value needs, at most 9.
     fn decimal(&self, value: &Json) -> Result<(i128, u32), Misfit> {
         let one = Decimal {
             digits: 1,

@@ -1,5 +1,5 @@
-//! Makes kinds of frames from the entries of a description. The check of the layout, or the checks here, find entries
-//! that contradict each other.
+//! Makes kinds of frames from the entries of a description. If entries contradict each other, the layout's own check or
+//! the checks in this module find the contradiction.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ use crate::problem::{Located, Mistake, reject_if};
 use crate::read_field::{ONE_LIST, column_name};
 use crate::{checksum, layouts};
 
-/// A field, and the positions of its entry, of its offset and of its value.
+/// A field, and the positions, in the description's text, of its entry and of the entry's keys `at` and `value`.
 #[derive(Clone)]
 struct ReadField {
     field: Field,
@@ -32,7 +32,7 @@ struct ReadField {
 }
 
 impl Kind {
-    /// Returns the kind with these entries. `is_one_of_many` says whether the description has several kinds.
+    /// Returns the kind with these entries. `is_one_of_many` says whether the kind is in `[[kinds]]`.
     pub(crate) fn read(name: &str, all: &Entries, is_one_of_many: bool) -> Result<Self, Located> {
         let sync = parsed_if_any(all.sync.as_ref(), Alternatives::parse)?.unwrap_or_default();
         let length = length(all)?;
@@ -136,8 +136,8 @@ impl Kind {
         let (span, entry) = (entry.span(), entry.get_ref());
         let (own, texts) = read_fields(&entry.fields, entry.text.as_ref(), self.text_at)?;
         // A view with a text keeps the kind's field that takes the rest of the frame; other views leave this field out.
-        // Every view leaves out the values of the kind's text, and replaces fields of the kind that have the same
-        // names.
+        // Every view leaves out the values of the kind's text, and replaces the kind's fields that have the names of
+        // its own fields.
         let is_common = |read: &&ReadField| {
             let field = &read.field;
             let is_replaced = own.iter().any(|own| own.field.name == field.name);
@@ -311,7 +311,8 @@ fn front(at: &Spanned<i16>) -> Result<usize, Located> {
     usize::try_from(*at.get_ref()).map_err(|_| Located::new(at.span(), rule))
 }
 
-/// Returns the greater one of two numbers: `bytes`, and the number of bytes from a position to the end of the frame.
+/// Returns the greater of two numbers: `bytes`, and the number of bytes from `at` to the end of the frame. A position
+/// that is counted from the front has the number 0.
 fn bytes_from_end(bytes: usize, at: i16) -> usize {
     bytes.max(at.min(0).unsigned_abs().into())
 }
@@ -403,7 +404,8 @@ fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize),
     Ok((shortest, *longest.get_ref()))
 }
 
-/// Returns the bits that are the same in every frame, and for each entry of this list the position of its value.
+/// Returns the bits that are the same in every frame. The second list has, for each element of the first one, the
+/// position in the description's text of the value that fixes these bits.
 fn fixed_bits(fields: &[ReadField]) -> (Vec<FixedBits>, Vec<Range<usize>>) {
     let constant = fields.iter().filter(|read| read.field.constant.is_some());
     let bits = constant.flat_map(|ReadField { field, value, .. }| {
@@ -446,7 +448,8 @@ fn distinguishing(fixed: &[FixedBits], header: usize) -> Option<OwnMessages> {
     Some((Number::byte(last.at.unsigned_abs().into()), known.into()))
 }
 
-/// Returns the position of a part's entry. `owners` has the position for each entry of the fixed bits.
+/// Returns the position of a part's entry. `owners[i]` is the position, in the description's text, of the value that
+/// fixes the bits with index `i`.
 fn span_of(part: layout::Part, all: &Entries, owners: &[Range<usize>]) -> Range<usize> {
     let length = || span(all.length.as_ref());
     match part {

@@ -164,7 +164,7 @@ impl Field {
         }
     }
 
-    /// Returns the number's type if the field has whole numbers of whole bytes.
+    /// Returns the number's type if the values are whole numbers of a type such as `u16le`.
     fn whole_number(&self) -> Option<NumberType> {
         match self.kind {
             Type::Number(number) if number.class != Class::Float => Some(number),
@@ -280,7 +280,7 @@ impl Field {
     }
 }
 
-/// Reads the type, or the bits, of a field with a place.
+/// Reads the type, or the bits, of a field that is not a value in a text.
 fn read_type(entry: &FieldEntry, span: Range<usize>) -> Result<Type, Located> {
     let kind = parsed_if_any(entry.r#type.as_ref(), Type::parse)?;
     match (kind, entry.bits) {

@@ -25,7 +25,7 @@ pub enum Value<'a> {
     Bytes(&'a [u8]),
     /// Text.
     Text(&'a [u8]),
-    /// No value: the frame says so, or its bytes are not a number.
+    /// No value: the field has the number that means this, or its bytes are not a number.
     Missing,
 }
 
@@ -95,7 +95,7 @@ impl Value<'_> {
         }
     }
 
-    /// Returns whether two values are the same number. NaN is the same as NaN.
+    /// Returns whether two values are the same number. Two NaNs count as the same number.
     pub(crate) fn is_same(self, other: Value) -> bool {
         let float = |value: Value| match value {
             Value::Float(number) => Some(f64::from(number)),
@@ -122,7 +122,7 @@ impl Value<'_> {
 /// table, most numbers of a frame are written without a division and without a call of `memcpy`.
 static DIGITS: [[u8; 4]; 1000] = digits(false);
 
-/// The same with leading zeros.
+/// The same table, but each number has three digits, with leading zeros.
 static PADDED: [[u8; 4]; 1000] = digits(true);
 
 const fn digits(is_padded: bool) -> [[u8; 4]; 1000] {
@@ -406,7 +406,7 @@ mod tests {
         assert_eq!(number(1, 1, "-1e-300"), Some(0));
         let mut random = ChaCha8Rng::seed_from_u64(1);
         for _ in 0..100_000 {
-            // All numbers are in units of 10 to the power of -9.
+            // The shown number is in units of 10 to the power of -9.
             let [mut digits, shown] =
                 [(); 2].map(|()| random.random_range(-1_000_000_i64..=1_000_000));
             digits += i64::from(digits == 0);

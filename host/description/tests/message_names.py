@@ -1,7 +1,7 @@
 """Compares the names and the CRC_EXTRA of MAVLink's messages with those of pymavlink, from PyPI.
 
 `cargo xtask verify --only tables` installs pymavlink and runs this. pymavlink lacks some messages of mavlink.io's
-definitions; the names of those are from mavlink.io's XML, as src/message_names.txt came from both.
+definitions. For these messages, src/message_names.txt has the names from mavlink.io's XML.
 """
 
 import re

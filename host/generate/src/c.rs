@@ -121,7 +121,7 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         9..=16 => 16,
         _ => 32,
     };
-    // Moves bits to their places in the register of the C code. In `register`, the highest bit is processed first.
+    // Converts a register to the register of the C code. In the argument, bit 31 is processed first.
     let placed = |register: u32| {
         if crc.reflected_in {
             register.reverse_bits()
@@ -156,7 +156,7 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
     }
 }
 
-/// Returns the entries of a table in C: several in a line, all with the digits of the table's type.
+/// Returns the entries of a table in C: several in a line, all with the same number of digits.
 #[expect(clippy::needless_pass_by_value, reason = "a filter")]
 pub(crate) fn rows(numbers: Vec<u64>) -> String {
     let most = numbers.iter().max().expect("a table has entries");

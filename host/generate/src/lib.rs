@@ -115,14 +115,14 @@ struct Item {
     described_name: String,
     /// The field's name in the program.
     name: String,
-    /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
+    /// If decoding reports whether a frame has the field: the length of the shortest frame that has it.
     needs: Option<usize>,
     /// The minimum length of a frame with this field, for encoding. `None` if this field never makes a frame longer
     /// than the kind's `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
-    /// The number of bytes between the field and the frame's end, if the field takes the rest.
+    /// The number of bytes at the end of the frame that the field cannot occupy.
     margin: usize,
     /// The field's position and meaning, for a comment.
     meaning: String,

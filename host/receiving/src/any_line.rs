@@ -103,7 +103,8 @@ impl AnyLine {
     }
 
     /// Takes bytes. Calls `found` with the outcome of each byte that is no longer pending, in the order of the stream.
-    /// The message of a frame is the frame's bytes, without the delimiters and the stuffing of a packet. The reserved byte of a frame of setpoints is reported as 0.
+    /// The message of a frame is the frame's bytes without the delimiters and the stuffing of a packet. The reserved
+    /// byte of a frame of setpoints is reported as 0.
     pub fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),

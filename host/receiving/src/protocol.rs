@@ -36,13 +36,13 @@ impl FrameFormat {
     }
 }
 
-/// A name for which there is no description.
+/// The reason why a name does not give a description.
 #[derive(Debug, Error)]
 pub enum ProtocolError {
     /// There is neither a shipped description nor a file with this name.
     #[error("{0}; for another frame, name a file that describes it (see docs/own-frame.md)")]
     Unknown(UnknownName),
-    /// The file has no description.
+    /// The file cannot be read as a description.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The description has a mistake.
@@ -59,7 +59,7 @@ pub struct Protocol {
     pub text: String,
     /// The parsed description.
     pub description: Description,
-    /// The format, if the frames carry setpoints. Only these frames work with the failsafe and the motions.
+    /// The format, if the frames carry setpoints. Only frames with setpoints work with the failsafe and the motions.
     pub(crate) setpoints: Option<FrameFormat>,
 }
 

@@ -7,7 +7,7 @@ use framelock::motion::{Pace, Phase};
 #[derive(Clone, Debug)]
 pub struct Standstill {
     period: u32,
-    /// The failsafe follows a sender of at least this many frames per second.
+    /// The failsafe follows a sender of more frames per second than this number.
     frames_per_second: u32,
     /// The beginning of the current period.
     since: u32,

@@ -1,5 +1,4 @@
 //! The frames that a sender sends: frames with a setpoint for the simulation, and example frames of any description.
-//! The layout of the description makes each frame from its payload.
 
 use std::fmt;
 use std::str::FromStr;
@@ -131,7 +130,7 @@ pub fn transmissions(
 }
 
 /// Returns an endless sequence of example frames that alternate between all kinds of a description. Their bytes are
-/// random where the format allows any value. Leaves out a frame if no attempt makes one of its kind.
+/// random where the format allows any value. If no attempt makes a frame of a kind, the frame of the next kind follows.
 pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Vec<u8>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     description.kinds.iter().cycle().filter_map(move |kind| {
@@ -141,8 +140,8 @@ pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Ve
     })
 }
 
-/// Returns a frame of random bytes that is `longer` bytes longer than this kind requires, or a frame with a text of random
-/// numbers. Returns `None` if the layout cannot turn the bytes into a frame.
+/// Returns a frame of random bytes, or a frame with a text of random numbers. `longer` makes a frame of random bytes
+/// longer, up to the kind's longest length. Returns `None` if the layout cannot turn the bytes into a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = kind.layout();
     if let Some(pattern) = kind.texts.first() {

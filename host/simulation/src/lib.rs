@@ -1,8 +1,8 @@
 //! A serial line simulated bit by bit, with faults and with framelock's receivers at its end.
 //!
-//! The crate never waits, draws or opens anything. Time is counted in bits, randomness comes from a
-//! seed, and the same parameters give the same numbers on every computer. The simulation therefore
-//! runs in a command line, in a test and, compiled for `wasm32-unknown-unknown`, in a browser.
+//! The crate never waits, opens no files and displays nothing. Time is counted in bits, randomness comes from a seed,
+//! and the same parameters give the same numbers on every computer. The simulation therefore runs in a command line, in
+//! a test and, compiled for `wasm32-unknown-unknown`, in a browser.
 //!
 //! ```text
 //!  sender ─► line ─► uart ─► byte faults ─► station: receiver ─► tally

@@ -1,8 +1,8 @@
 //! The sending end of the line. It sends characters bit by bit with the sender's own clock, and
 //! noise disturbs them.
 //!
-//! The [`Uart`] at the other end turns these levels into bytes. The next disturbance is drawn in
-//! advance, so that a line without noise costs little time.
+//! The [`Uart`] at the other end turns the line's levels into bytes. The next disturbance is drawn in advance, so that
+//! a line without noise costs little time.
 
 use anyhow::{Result, ensure};
 use framelock_oracles::{Occurrences, Purpose, Seed, whole};
@@ -50,7 +50,7 @@ impl NoisyLine {
         }
     }
 
-    /// Returns the bit that is on the line at this time.
+    /// Returns the index of the bit that is on the line at this time.
     pub(crate) fn bit_at(&self, time: u64) -> u64 {
         time.saturating_sub(self.phase) / self.bit
     }
@@ -105,8 +105,8 @@ struct Noise {
     bursts: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// The first disturbed bit that the last search found. No bit between the start of that search
-    /// and this bit is disturbed.
+    /// The result of the last search for a disturbed bit. No bit between the start of the search and this bit is
+    /// disturbed.
     quiet_until: u64,
 }
 
@@ -123,8 +123,7 @@ impl Noise {
         }
     }
 
-    /// Returns the first disturbed bit at or after `bit`. Successive calls must pass ascending
-    /// bits.
+    /// Returns the first disturbed bit at or after `bit`. Successive calls must pass bits in ascending order.
     fn quiet_until(&mut self, bit: u64) -> u64 {
         if self.quiet_until <= bit {
             self.quiet_until = self.flips.next(bit).min(self.bursts.next(bit));

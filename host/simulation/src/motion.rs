@@ -85,8 +85,8 @@ impl Motion {
     }
 }
 
-/// Returns the sweep's sine at this part of its period. The phase is the integral of the frequency, so that the sine has
-/// no jumps: 10.5 turns up and 10.5 turns down.
+/// Returns the sweep's sine at a fraction, 0 to 1, of the sweep's period. The phase is the integral of the frequency,
+/// so that the sine has no jumps. The sine makes 10.5 turns while the frequency rises, and 10.5 turns while it falls.
 fn sweep(part: f64) -> f64 {
     // The sweep takes 10 seconds from 0.1 to 2 Hz, and 10 seconds back.
     let rise = |time: f64| 0.1 * time + 1.9 * time * time / 20.0;

@@ -2,8 +2,7 @@
 
 use crate::frames::Payload;
 
-/// All parameters of a simulation. Times, rates and lengths are in the units that users think in. Shares are from 0 to
-/// 1.
+/// All parameters of a simulation. Each rate and each length names its unit. Shares are from 0 to 1.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Parameters {
     /// Seed of all random numbers: the same seed gives the same results.

@@ -22,7 +22,7 @@ pub struct ReceiverTally {
     /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
     /// another setpoint.
     pub wrong_setpoints: u64,
-    /// All other deliveries of something that is not a sent frame.
+    /// All other deliveries, which end with no sent frame or contain other bytes.
     pub false_frames: u64,
     /// Trials at whose end the receiver was deaf: it had lost an intact frame since its last delivery of a frame.
     pub deaf: u64,
@@ -53,7 +53,7 @@ pub(crate) struct Station {
     /// `idle_from` is the time after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
-    /// The bit at which the frame delivered last began.
+    /// The bit at which the last delivered frame began.
     delivered: Option<u64>,
     /// Whether the receiver has lost an intact frame since its last delivery.
     is_deaf: bool,
@@ -93,7 +93,7 @@ impl Station {
             let setpoint = |frame| self.protocol.setpoint(frame);
             delivered = found.message().and_then(setpoint);
         });
-        // The receiver delivers a frame with its last byte, because all frames have the same length.
+        // All frames have the same length, so the receiver delivers each frame as soon as the last byte arrives.
         match (delivered, ended) {
             (None, _) => {}
             (Some(setpoint), Some((begin, sent))) if sent.setpoint == setpoint => {

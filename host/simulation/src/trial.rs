@@ -139,8 +139,8 @@ impl Trial {
         })
     }
 
-    /// Sends the frames of the parameters, and runs until they have arrived completely. Returns the counts of all
-    /// trials so far.
+    /// Sends the number of frames that the parameters give, and runs until they have arrived completely. Returns the
+    /// counts of all trials so far.
     fn run(mut self) -> Tally {
         let (protocol, parameters) = (self.protocol.clone(), self.parameters);
         let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
@@ -223,9 +223,9 @@ impl Trial {
         }
     }
 
-    /// Records a byte that arrives, and whose start bit was on the line at this bit. If the byte completes a frame, and
-    /// no byte of the frame was lost, added or reordered, returns the bit at which the frame began, and the frame's
-    /// transmission. Values may differ.
+    /// Records an arriving byte whose start bit the UART saw while the sender's bit `bit` was on the line. If the byte
+    /// completes a frame, and no byte of the frame was lost, added or reordered, returns the bit at which the frame
+    /// began, and the frame's transmission. Values may differ.
     fn arrive(&mut self, byte: u8, bit: u64) -> Option<(u64, Transmission)> {
         let before = self.arrived.take();
         let mut frames = self.frames.iter_mut();

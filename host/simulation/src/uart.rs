@@ -27,7 +27,7 @@ const STOP_BIT: u64 = BITS_PER_BYTE - 1;
 const FIRST_SAMPLE: u64 = 7;
 const LAST_SAMPLE: u64 = 9;
 
-/// An event that the receiver reports.
+/// An event that the UART reports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Heard {
     /// A byte. The UART saw the byte's start bit at `start` and decided the byte's stop bit at
@@ -62,13 +62,13 @@ struct Character {
 #[derive(Debug, Default)]
 pub(crate) struct Uart {
     state: State,
-    /// The next tick at which the receiver looks at the line.
+    /// The next tick at which the UART looks at the line.
     tick: u64,
     heard: VecDeque<Heard>,
 }
 
 impl Uart {
-    /// Returns the next event that the receiver has reported.
+    /// Returns the next event that the UART has reported.
     pub(crate) fn hear(&mut self) -> Option<Heard> {
         self.heard.pop_front()
     }

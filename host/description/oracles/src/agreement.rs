@@ -81,7 +81,7 @@ pub fn agrees_with_the_reference(
         check_packets(description, stuffing, &frames, text, random);
         return frames.len();
     }
-    // If silence ends the frames, there are pauses between slices.
+    // If silence ends the frames, pauses follow about half of the slices.
     let pauses: f64 = if description.ending_event().is_some() {
         0.5
     } else {

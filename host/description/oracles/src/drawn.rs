@@ -39,7 +39,7 @@ pub fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     row
 }
 
-/// Numbers in texts, in several notations, texts that are no numbers, and two numbers with a separator.
+/// Values for texts: numbers in several notations, texts that are no numbers, and two numbers with a separator.
 const IN_TEXT: &[&str] = &[
     "0",
     "127",

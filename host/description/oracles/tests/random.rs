@@ -58,7 +58,7 @@ fn shipped_frames_keep_the_laws() {
         let description = Description::parse(name, text).unwrap();
         let mut bytes = frames(&description, &mut random).swap_remove(0);
         bytes.push(bytes[0]);
-        // Long streams would take too much time here. The reference above covers them.
+        // Long streams would take too much time here. The test above compares long streams with the reference.
         bytes.truncate(14);
         check_laws(description.format(), &mut bytes)
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
@@ -169,7 +169,7 @@ fn texts_of_the_corpus_are_refused_or_agree() {
         let text = fs::read(entry.unwrap().path()).unwrap();
         is_refused_or_agrees(&String::from_utf8_lossy(&text), &mut occurred);
     }
-    // The corpora of `formats` and `framing` reach all states of receivers.
+    // The corpora of the fuzz targets `formats` and `framing` reach these outcomes.
     let of_receivers = [
         "a line event while bytes are undecided",
         "polled in steps while bytes are undecided",

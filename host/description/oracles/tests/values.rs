@@ -18,9 +18,9 @@ use serde_json::Value as Json;
 
 /// The values of a form.
 enum Domain {
-    /// Whole numbers from the first to the last one.
+    /// Whole numbers, from the first number to the second.
     Whole(i64, i64),
-    /// Whole numbers, divided by ten to the power of the number of decimals.
+    /// Whole numbers, from the first number to the second, divided by ten to the power of the third.
     Decimal(i64, i64, usize),
     /// Floating-point numbers.
     Float,
@@ -152,7 +152,7 @@ impl Domain {
         };
         let text = match *self {
             Whole(least, most) => random.random_range(least..=most).to_string(),
-            // Half a digit is not a number of the form with the scale 0.5.
+            // With the scale 0.5 and one decimal, a shown number is a multiple of 0.05.
             Decimal(-9995, most, decimals) => {
                 number(random.random_range(-most / 5..=most / 5) * 5, decimals)
             }
@@ -307,7 +307,7 @@ fn values_become_frames_and_the_same_values_again() {
                 Ok(&frame),
                 "{text}\n{shown:?}"
             );
-            // The cells of separated values are text.
+            // In separated values, such as CSV, all cells are text.
             let kind = description.kind(&frame).unwrap();
             let contents = kind
                 .values(&frame)

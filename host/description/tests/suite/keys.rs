@@ -142,7 +142,7 @@ fn a_field_with_a_list_of_values_has_each_of_them_and_no_other() {
     }
 }
 
-/// Numbers of each size, with and without a sign, are read and written in each byte order.
+/// Numbers of 1, 2, 3, 4 and 8 bytes, with and without a sign, are read and written in each byte order.
 #[test]
 fn numbers_have_a_size_a_sign_and_an_order() {
     for (bytes, order) in [1, 2, 3, 4, 8]
@@ -180,7 +180,7 @@ fn numbers_have_a_size_a_sign_and_an_order() {
     }
 }
 
-/// Frames of the same length. A byte or some bits after the length distinguish them.
+/// The kinds have frames of the same length. A number or some of its bits distinguish the kinds.
 #[test]
 fn kinds_are_told_apart_by_what_is_always_the_same_in_each() {
     for rest in [

@@ -1,4 +1,5 @@
-//! Tests of MAVLink's definitions. Each feature occurs in `mavlink/own.xml`.
+//! Tests of MAVLink's definitions. The file `mavlink/own.xml` has each feature of a definition that the conversion
+//! supports.
 
 use std::path::{Path, PathBuf};
 

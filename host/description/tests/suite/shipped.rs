@@ -1,5 +1,5 @@
-//! Tests of the shipped descriptions. Each must have the same layout as the format in Rust, and encoding the values of a
-//! frame must make the same frame again.
+//! Tests of the shipped descriptions. If there is a format in Rust too, both must have the same layout, and encoding
+//! the values of a frame must make the same frame again.
 
 use std::path::Path;
 

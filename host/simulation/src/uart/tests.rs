@@ -89,7 +89,7 @@ fn noise_and_missing_stop_bits() {
         ("1*3 0*0.45 1*2 41", &[0x41]),
         // A byte without a stop bit is not stored.
         ("!41 - 42", &[-1, 0x42]),
-        // However long the line stays low, that is one framing error, and the next byte is read.
+        // A low line is one framing error, however long it stays low. The next byte is read.
         ("- 0*9.8 - 43", &[-1, 0x43]),
         ("- 0*10.2 - 43", &[-1, 0x43]),
         ("- 0*15 - 43", &[-1, 0x43]),

@@ -1,7 +1,7 @@
 //! Tests that the simulation reproduces known properties of the protocol, and that its counts agree with each other.
 //!
 //! Seeds are fixed, so a test always passes or always fails. The transcripts of `framelock simulate` in
-//! `host/cli/tests/cases/simulate.md` have the numbers of some seeds, among them those of a deaf machine and of ambiguous
+//! `host/cli/tests/cases/simulate.md` show the results of some seeds, for example of a deaf machine and of ambiguous
 //! payloads.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -77,7 +77,7 @@ fn clocks_may_differ_by_four_to_five_per_cent() {
     }
 }
 
-/// Every kind of fault, with payloads that contain the frames' fixed bytes and with others.
+/// Simulates every kind of fault, with payloads that contain the frames' fixed bytes and with other payloads.
 #[test]
 fn every_frame_and_every_byte_is_accounted_for() {
     let mut outcomes = [0; 4];
@@ -108,7 +108,7 @@ fn every_frame_and_every_byte_is_accounted_for() {
             assert_eq!(line.frames_sent, 1_800);
             assert_eq!(line.bytes_sent, 1_800 * protocol.longest() as u64);
             assert!(line.frames_intact < line.frames_sent, "{parameters:?}");
-            // Each fault whose rate is not 0 happens.
+            // Lost bytes and bursts happen if their rate is not 0.
             for (rate, count) in [(lose, line.bytes_lost), (burst_rate, line.framing_errors)] {
                 assert!(rate == 0.0 || count > 0, "{parameters:?}: {line:?}");
             }
