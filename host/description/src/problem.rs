@@ -91,7 +91,7 @@ pub enum Mistake {
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
-    /// There is no such type, checksum or shipped description.
+    /// A name is unknown, for example of a type or a checksum.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
     /// A file of `any_of` has a mistake.
@@ -337,7 +337,7 @@ pub enum Misfit {
     /// The value is the number of a message that is not listed.
     #[error("is no message: the description lists the messages")]
     NoMessage,
-    /// The number has no such name.
+    /// The text is neither a number nor one of the field's names.
     #[error("is neither a number nor a name: {0}")]
     Name(UnknownName),
     /// Numbers in this notation cannot be written.

@@ -21,8 +21,8 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// must be counted once. For BIN and BIN-CRC8, a [`BufferedReceiver`] must deliver the same frames and have the same
 /// counters.
 ///
-/// Counts the outcomes, and the ways in which slices reach a line with pending bytes. Returns the counters of BIN, of
-/// the lecture's machine and of BIN-CRC8.
+/// Counts the outcomes, and the slices that are pulled, fed or pushed while bytes are pending. Returns the counters of
+/// BIN, of the lecture's machine and of BIN-CRC8.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.

@@ -8,8 +8,9 @@ use anyhow::Result;
 
 use super::arrivals::Arrival;
 
-/// The number of bytes of a time, and of a time and a frame up to its flags.
+/// The number of bytes of a time.
 const TIME: usize = 8;
+/// The number of bytes of a time and of a frame's first three bytes.
 const HEADER: usize = TIME + 3;
 
 /// Returns each frame with its time. Bytes that are not part of a record have the time of the frame before.

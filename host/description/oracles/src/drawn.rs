@@ -306,7 +306,7 @@ pub fn description(random: &mut ChaCha8Rng) -> String {
             at += if kind == "'u8'" { 1 } else { 3 };
         }
     }
-    // Only text after a sync can consist of hex digits.
+    // A sum over hex digits is drawn only for frames that begin with a sync and end with a terminator or silence.
     let is_text = ["terminator", "silence"].contains(&&*length)
         && has_sum_of_digits
         && has_checksum
