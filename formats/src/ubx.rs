@@ -31,7 +31,7 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 /// for RXM-RAWX with 64 measurements. `LONGEST` determines the size of the buffer, and how long a false start can delay
 /// the next frame. The protocol allows frames of up to 65 543 bytes.
 ///
-/// The checksum detects each single wrong byte. One in 65 536 random frames passes undetected.
+/// The checksum detects each single wrong byte after the length field. One in 65 536 random frames passes undetected.
 ///
 /// Source: u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "UBX frame structure", "UBX checksum".
 ///

@@ -18,8 +18,8 @@ pub trait NaiveFormat {
     /// Bytes in a frame.
     const LENGTH: usize;
 
-    /// Returns the first position, counted from 0, at which `bytes` differ from a frame. `bytes` is a whole frame or
-    /// the beginning of one. If only the checksum is wrong, the result is `LENGTH`.
+    /// Returns the first position, counted from 0, at which `bytes` differ from a frame. There are at most
+    /// `LENGTH` bytes. If only the checksum is wrong, the result is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 
     /// Returns the number of bytes to drop if the frame's first wrong byte is at this position.

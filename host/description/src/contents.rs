@@ -208,7 +208,7 @@ impl Field {
         }
     }
 
-    /// Returns the bytes of one value. Bytes that the sender has left out are missing, and count as zero.
+    /// Returns the bytes of one value. If the sender has left out some of them, the slice is shorter.
     #[inline]
     fn own<'a>(&self, bytes: &'a [u8], number: usize) -> &'a [u8] {
         let Range { start, end } = self.value_bytes(number, bytes.len());

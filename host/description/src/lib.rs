@@ -97,7 +97,7 @@ const LONGEST_TEXT: usize = 1 << 20;
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 40_000;
 
-/// The limit on the number of files in a chain in which each file contains the next one.
+/// A file may name a file in `any_of`, and that file another one. At most this many files follow the first.
 const MOST_FILES: usize = 3;
 
 /// A parsed description.

@@ -150,7 +150,7 @@ pub(crate) fn bcd(bits: u64) -> Option<u64> {
     })
 }
 
-/// Returns the bits with the decimal digits of a number.
+/// Returns the decimal digits of a number, in four bits each.
 pub(crate) fn to_bcd(number: u64) -> u64 {
     (0..16).rev().fold(0, |bits, digit| {
         (bits << 4) | (number / 10_u64.pow(digit) % 10)

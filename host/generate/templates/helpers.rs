@@ -116,8 +116,9 @@ fn put_hex(frame: &mut [u8], at: usize, bytes: &[u8]) {
     }
 }
 
-/// Returns the number of values for which a frame has room, at most `most`. The frame has `others` bytes before and after
-/// the values. The first value begins at bit `first` of the bytes in between, and each value has `width` bits.
+/// Returns the number of values for which a frame has room, at most `most`. `others` is the number of bytes before the
+/// values plus the number after them. The first value begins at bit `first` of the bytes in between, and each value has
+/// `width` bits.
 fn fitting(length: usize, others: usize, first: usize, width: usize, most: usize) -> usize {
     let bits = 8 * length.saturating_sub(others);
     (bits.saturating_sub(first) / width).min(most)

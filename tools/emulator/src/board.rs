@@ -52,8 +52,8 @@ pub struct Board {
     /// The next instant at which a peripheral acts. Before this instant, only the core acts.
     quiet_until: u64,
     lines: u64,
-    /// A copy of the core's state after its last step. The copy saves time, because reading the state from the core
-    /// takes a lock.
+    /// `pc`, `exception` and `it_state` are copies of the core's registers after its last step. The copies save time,
+    /// because reading a register from the core takes a lock.
     pc: u32,
     exception: u16,
     /// The IT state, which is not 0 inside an IT block.

@@ -24,7 +24,7 @@ impl Gpio {
                 (OUTSET + port, 0, Access::Set(OUT + port)),
                 (OUTCLR + port, 0, Access::Clear(OUT + port)),
             ];
-            // After a reset, the input buffers are disconnected. Bits 16 and 17 are SENSE.
+            // After a reset, the input buffers are disconnected. SENSE (bits 16 and 17) is not modelled.
             let pins =
                 (0..32).map(move |pin| (configuration(port, pin), 2, Access::Plain(0..=0xFFFF)));
             pins.chain(out)

@@ -78,7 +78,7 @@ fn embassys_handler_is_right_after_an_overrun() {
 fn rtics_handler_is_right_after_one_pause() {
     let (mut reception, mut now) = (rtic::Reception::new(), 0_u32);
     is_right_after_one_pause(|found| match found {
-        // Each byte takes a fraction of a millisecond.
+        // There are no pauses between these bytes, so `now` stays the same.
         Ok(bytes) => {
             let setpoints = bytes
                 .iter()

@@ -138,7 +138,7 @@ const IN_TEXT: &[(&str, Domain)] = &[
 const LITERALS: &[&str] = &["|", "~~", "!{{", " ^ ", "\\x0B", "|\\t"];
 
 impl Domain {
-    /// Returns a value as tables show it.
+    /// Draws a value of this domain.
     fn draw(&self, random: &mut ChaCha8Rng) -> Json {
         let number = |number: i64, decimals: usize| {
             if decimals == 0 {

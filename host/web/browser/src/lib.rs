@@ -50,7 +50,7 @@ commands! {
     Metrics: "Emulation.setDeviceMetricsOverride",
 }
 
-/// A browser that tests control.
+/// A browser under the control of a test.
 trait Browser {
     fn navigate(&self, url: &str);
     /// Runs a script in the page. Returns the value of the script's last expression, or the exception.

@@ -36,7 +36,8 @@ fn address(page: &Page) -> String {
     page.read("location.hash.slice(1)")
 }
 
-/// Compares the page with the same machines, compiled for this computer, at positions from the end to the beginning.
+/// Compares what the page shows with what the same code returns outside the browser, at positions from the end to the
+/// beginning.
 #[test]
 fn each_preset_shows_what_the_machines_do() {
     for page in Page::in_each(DEAF) {
