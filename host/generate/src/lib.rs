@@ -97,7 +97,7 @@ struct KindItem {
     may_encode: bool,
 }
 
-/// The zero bytes at the end of the payload that the sender leaves out.
+/// The zero bytes at the end of the payload, which a sender may leave out.
 #[derive(Serialize)]
 struct Zeros {
     /// The index of the first byte that may be left out.

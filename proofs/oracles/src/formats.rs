@@ -28,7 +28,7 @@ pub struct ShippedFormat {
     pub check: fn(&Self, &Stream, &mut Occurred) -> Counters,
 }
 
-/// Messages of MAVLink: HEARTBEAT, ATTITUDE, and two whose payloads may have 255 bytes, the most possible.
+/// Messages of `MAVLink`: HEARTBEAT, ATTITUDE, and two whose payloads may have 255 bytes, the most possible.
 const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),

@@ -25,7 +25,7 @@ const SOURCES: [&str; 4] = [
 #[derive(Deserialize)]
 pub(crate) struct SlowProofs {
     pub(crate) harnesses: Vec<String>,
-    /// The hash with which all harnesses were proved.
+    /// The hash at the last proof of all slow harnesses.
     proved: String,
     /// The hash of the list and of the sources as they are now.
     #[serde(skip)]

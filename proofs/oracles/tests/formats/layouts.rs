@@ -372,6 +372,8 @@ fn count(layout: &Layout, frames: &[Vec<u8>], occurred: &mut Occurred) {
         "delimiter without a content", length == Length::Delimiter && content.is_empty();
         "length field" in &numbers, |&form| is(field.map(|it| it.number), form);
         "mask of a length" in [0x3F, 0x1F7, 0x1F8], |mask| field.is_some_and(|it| it.mask == mask);
+        "two lengths with a mask that is shifted", trailer.is_none() && field.is_some_and(|it| it.mask == 0x1F8)
+            && frames.iter().any(|frame| frame.len() != frames[0].len());
         "factor of a length" in 1..=4, |factor| field.is_some_and(|it| it.factor == factor);
         "correction of a length" in -3..=12, |plus| field.is_some_and(|it| it.plus == plus);
         "longest frame of several lengths", length != Length::Fixed && frames.iter().any(|frame| frame.len() == layout.longest);
