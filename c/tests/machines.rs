@@ -94,7 +94,7 @@ fn receivers_on_avrs_do_the_same() {
     check_on_avr(BYTES);
 }
 
-/// The flash of the `ATmega328P` has no room for more than 8 000 bytes.
+/// The stream for the AVR is shorter, because it lies in flash, at two bytes for each received byte.
 #[test]
 #[ignore = "cargo xtask verify --only generated runs it"]
 fn so_do_those_with_long_streams() {

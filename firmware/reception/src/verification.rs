@@ -59,8 +59,8 @@
 //!   bytes of the FIFO, but at least one byte stays there. The FIFO does not overrun while a transfer is open and the
 //!   timer is at `NONE_WAITS` or later, because the transfer takes a byte first.
 //! * A5. ENDRX does not come while a transfer is open, except in L4. In the case of L4, a second STARTRX does not end
-//!   the open transfer. The handler cannot distinguish the spurious byte of L4 from a real byte. Any of the 256 values
-//!   in memory may be a received byte. Only ENDRX shows that a byte with the value `NO_BYTE` has come.
+//!   the open transfer. The handler cannot distinguish the spurious byte of L4 from a real byte. A received byte may
+//!   have any of the 256 values. Only ENDRX shows that a byte with the value `NO_BYTE` has come.
 //!
 //! The FIFO of the model holds three bytes. The model numbers the bytes in the order in which they are sent, and
 //! identifies each byte by its number.

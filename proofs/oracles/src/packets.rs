@@ -36,8 +36,8 @@ pub enum PacketCheck {
     None,
     /// The XOR of all bytes is 0. The delimiter ends the frame.
     Xor,
-    /// The first byte is the number of bytes that follow, 1 to 127. The XOR of all bytes is 0. The frame ends by
-    /// itself.
+    /// The first byte is the number of bytes that follow, 1 to 127. The XOR of all bytes is 0. The frame ends
+    /// with its last byte, before the delimiter.
     LengthAndXor,
 }
 
