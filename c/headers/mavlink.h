@@ -261,7 +261,7 @@ static inline bool mavlink_mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes and then of the byte `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink_mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -423,7 +423,7 @@ static inline bool mavlink_mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes and then of the byte `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink_mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */

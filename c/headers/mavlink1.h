@@ -194,7 +194,7 @@ static inline bool mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes and then of the byte `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */

@@ -231,7 +231,7 @@ static inline bool mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes and then of the byte `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
