@@ -115,8 +115,8 @@ fn before_blanks(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// Reads a decimal number of up to eighteen digits. Returns the number without its decimal point, the power of ten by
-/// which this multiplies the number, and the number of decimals.
+/// Reads a decimal number of up to eighteen digits. Returns its digits as a whole number with the sign, ten to the power
+/// of its decimals, and the number of its decimals.
 fn decimal(text: &[u8]) -> Option<(i128, i128, u32)> {
     let (sign, digits) = after_sign(text);
     let (mut number, mut count, mut point) = (0_i64, 0, None);
