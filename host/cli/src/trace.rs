@@ -10,7 +10,7 @@ use framelock_description::hex;
 use framelock_receiving::{AnyLine, Piece, Policy, Protocol, TrackedLine};
 
 use crate::frame_writer::FrameWriter;
-use crate::input::{Arrivals, Input, InputNotation};
+use crate::input::{Arrival, Arrivals, Input, InputNotation};
 use crate::options::{check_has_no_breaks, protocol};
 use crate::output::Output;
 use crate::serial::PortOptions;
@@ -35,8 +35,10 @@ pub(crate) struct Arguments {
 /// Runs `framelock trace`. Flushes all rows before it waits for more bytes. The memory in use does not grow with the
 /// number of bytes.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    check_has_no_breaks(&arguments.frame)?;
-    let input = arguments.input()?;
+    let arrivals = Arrivals::new(arguments.input()?, None)?;
+    if arrivals.notation == InputNotation::Bytes {
+        check_has_no_breaks(&arguments.frame)?;
+    }
     let mut out = BufWriter::new(Output::standard()?);
     // The lecture's machine receives only BIN.
     let is_bin = arguments.frame.name == "bin";
@@ -52,20 +54,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     out.flush()?;
     // The name of the machine takes this many columns.
     let width = label.len();
-    for arrival in Arrivals::new(input, Some(InputNotation::Bytes))? {
-        for byte in arrival?.bytes {
+    let named = |[start, end]: &[String; 2], name: &str| {
+        format!("{start}{:width$.width$}{end}", format!(" {name}"))
+    };
+    for arrival in arrivals {
+        let Arrival { bytes, event, .. } = arrival?;
+        for byte in bytes {
             let rows = machines.iter_mut().map(|machine| machine.push(byte, width));
             let rows: Vec<_> = rows.collect();
-            write_rows(&mut out, &policies, &rows, |[start, end], name| {
-                format!("{start}{:width$.width$}{end}", format!(" {name}"))
-            })?;
+            write_rows(&mut out, &policies, &rows, named)?;
+        }
+        if let Some(event) = event {
+            let rows = machines.iter_mut();
+            let rows = rows.map(|machine| machine.line_event(event, &event.to_string(), width));
+            let rows: Vec<_> = rows.collect();
+            write_rows(&mut out, &policies, &rows, named)?;
         }
         out.flush()?;
     }
-    if arguments.frame.description.ending_event().is_some() {
+    if arguments.frame.description.ending_event() == Some(LineEvent::Idle) {
         // The line is silent after the last byte.
-        let events = machines[0].events(|line| line.line_event(LineEvent::Idle), width);
-        writeln!(out, "   end                0{events}")?;
+        let row = machines[0].line_event(LineEvent::Idle, "   end", width);
+        writeln!(out, "{}", row.concat())?;
     }
     writeln!(out)?;
     let sums: Vec<String> = machines.iter().map(|machine| machine.sum(width)).collect();
@@ -136,6 +146,13 @@ impl Machine {
         let events = self.events(|line| line.push(byte), width);
         let start = format!("{offset:>6}  {byte:02X} {:<3}", character(byte));
         [start, format!("  {:>7}{events}", self.line.pending().len())]
+    }
+
+    /// Takes a line event, and returns its row in two parts, like [`push`](Self::push). The row begins with the name.
+    fn line_event(&mut self, event: LineEvent, name: &str, width: usize) -> [String; 2] {
+        let events = self.events(|line| line.line_event(event), width);
+        let pending = self.line.pending().len();
+        [format!("{name:<14}"), format!("  {pending:>7}{events}")]
     }
 
     /// Passes a byte or a line event to the line, and returns the text for what happens.
