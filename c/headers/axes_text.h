@@ -141,12 +141,13 @@ AXES_TEXT_FUNCTION void axes_text_init(axes_text_receiver *receiver);
 AXES_TEXT_FUNCTION uint32_t axes_text_pending(const axes_text_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 AXES_TEXT_FUNCTION bool axes_text_push(axes_text_receiver *receiver, uint8_t byte, axes_text_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 AXES_TEXT_FUNCTION bool axes_text_poll(axes_text_receiver *receiver, axes_text_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -269,7 +270,7 @@ static inline bool axes_text_decimal(const uint8_t *text, const uint8_t *end, ui
     return is_number && (axes_text_blanks(text, end) == end);
 }
 
-/* Writes bytes at index `*at`, as far as there is room, and moves `*at` past them. */
+/* Writes bytes at index `*at`, as far as there is room. Moves `*at` past all of them, even those without room. */
 static inline void axes_text_add(uint8_t *to, size_t room, size_t *at, const void *bytes, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)bytes;
@@ -499,7 +500,7 @@ static inline bool axes_text_starts(uint8_t byte)
     return axes_text_letters_starts(byte) || axes_text_brackets_starts(byte) || axes_text_lines_starts(byte);
 }
 
-/* Returns a number for the part of a frame in which classification finds this reason: 0 for its first byte, 1 for the
+/* Returns a number for the part of a frame in which classification finds this reason: 0 for the first byte, 1 for the
  * rest of the sync, 2 for the header, 3 for the rest of the frame. */
 static inline uint8_t axes_text_part(axes_text_outcome reason)
 {
@@ -555,8 +556,8 @@ static inline axes_text_kind axes_text_kind_of(const uint8_t *frame, uint8_t len
     return AXES_TEXT_KIND_LINES;
 }
 
-/* Classifies bytes that a line event follows. The first kind with a whole frame at the beginning of the bytes decides,
- * and `*number` becomes the frame's length. */
+/* Classifies bytes that a line event follows. If they begin with frames of several kinds, the first of these kinds
+ * counts. Sets `*number` to the frame's length. */
 static inline axes_text_outcome axes_text_classify_before(const uint8_t *bytes, uint8_t count, axes_text_event event, uint8_t *number)
 {
     if (axes_text_letters_classify(bytes, count, 0U, number) == AXES_TEXT_FRAME) {
@@ -893,9 +894,10 @@ static inline void axes_text_forget(axes_text_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as AXES_TEXT_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as AXES_TEXT_LINE_EVENT. */
 static inline uint8_t axes_text_next(axes_text_receiver *receiver, bool has_waited, bool *again)
 {
     axes_text_outcome outcome;
@@ -989,7 +991,7 @@ AXES_TEXT_FUNCTION bool axes_text_poll(axes_text_receiver *receiver, axes_text_m
     uint8_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = axes_text_next(receiver, false, &again);
         if ((length > 0U) && axes_text_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -999,16 +1001,15 @@ AXES_TEXT_FUNCTION bool axes_text_poll(axes_text_receiver *receiver, axes_text_m
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint8_t axes_text_end_first(axes_text_receiver *receiver, axes_text_event event)
 {
     uint8_t number = 0U;
     const axes_text_outcome outcome =
         axes_text_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == AXES_TEXT_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
@@ -1032,7 +1033,8 @@ AXES_TEXT_FUNCTION void axes_text_line_event(axes_text_receiver *receiver, axes_
     while (receiver->from < receiver->to) {
         length = axes_text_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = axes_text_end_first(receiver, event);
         }

@@ -170,7 +170,7 @@ static inline size_t cobs_stuff(uint8_t *frame, size_t length, size_t room)
     size_t from = room - length;
     size_t to = 2U;
     size_t i;
-    size_t block = 1U; /* the index of the block's first byte, which is its length */
+    size_t block = 1U; /* the index of the block's first byte, which holds the block's length */
     uint8_t count = 1U;
 
     if (from < 2U) {
@@ -233,8 +233,8 @@ static inline cobs_outcome cobs_classify(const uint8_t *bytes, uint16_t count, u
     return COBS_INCOMPLETE;
 }
 
-/* Classifies incomplete bytes that a line event follows. If the line is silent, all these bytes may be a frame. The end of
- * a packet counts as a pause. */
+/* Classifies incomplete bytes that a line event follows. If the event is a pause or a break, checks whether these bytes
+ * form exactly one frame. The end of a packet counts as a pause. */
 static inline cobs_outcome cobs_classify_before(const uint8_t *bytes, uint16_t length, cobs_event event, uint16_t *number)
 {
 
@@ -331,7 +331,7 @@ static inline void cobs_discard(cobs_receiver *receiver, cobs_outcome reason, ui
     receiver->stage = COBS_OUTSIDE;
 }
 
-/* Begins a packet without bytes. */
+/* Begins a packet, which has no bytes yet. */
 static inline void cobs_begin(cobs_receiver *receiver)
 {
     receiver->stage = COBS_INSIDE;
@@ -365,7 +365,8 @@ static inline bool cobs_decide(cobs_receiver *receiver, cobs_outcome outcome, ui
     return cobs_read(receiver->buffer, length, message);
 }
 
-/* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */
+/* Ends a packet at a delimiter: delivers the packet if it is a frame, and otherwise discards it. A packet without bytes
+ * stays pending. */
 static inline bool cobs_close(cobs_receiver *receiver, cobs_message *message)
 {
     cobs_outcome outcome;

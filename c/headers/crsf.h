@@ -105,12 +105,13 @@ CRSF_FUNCTION void crsf_init(crsf_receiver *receiver);
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -244,7 +245,7 @@ static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, ui
     return CRSF_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline crsf_outcome crsf_classify_before(const uint8_t *bytes, uint8_t count, crsf_event event, uint8_t *number)
 {
     (void)bytes;
@@ -351,9 +352,10 @@ static inline void crsf_forget(crsf_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as CRSF_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as CRSF_LINE_EVENT. */
 static inline uint8_t crsf_next(crsf_receiver *receiver, bool has_waited, bool *again)
 {
     crsf_outcome outcome;
@@ -447,7 +449,7 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     uint8_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = crsf_next(receiver, false, &again);
         if ((length > 0U) && crsf_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -457,16 +459,15 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint8_t crsf_end_first(crsf_receiver *receiver, crsf_event event)
 {
     uint8_t number = 0U;
     const crsf_outcome outcome =
         crsf_classify_before(&receiver->buffer[receiver->from], (uint8_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == CRSF_FRAME) {
         receiver->from = (uint8_t)(receiver->from + number);
@@ -490,7 +491,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
     while (receiver->from < receiver->to) {
         length = crsf_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = crsf_end_first(receiver, event);
         }

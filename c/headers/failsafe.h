@@ -76,7 +76,7 @@ typedef FAILSAFE_DEMAND failsafe_demand;
 /* The behaviour of a failsafe. Times are in ticks of your clock. */
 typedef struct {
     failsafe_demand park[FAILSAFE_AXES]; /* the position of each axis while no frames come */
-    uint32_t longest_step; /* the longest time for which one poll moves an axis: twice the time between two polls */
+    uint32_t longest_step; /* the longest time for which one poll moves an axis: at least 1, usually two poll periods */
     uint32_t hold_after; /* silence after which the output is held: at least longest_step */
     uint32_t ramp_after; /* silence after which the output moves to park: at least hold_after */
     uint8_t frames_to_start; /* frames in a row that end a silence: at least 2; between two polls they count as one */
@@ -191,7 +191,7 @@ static inline uint32_t failsafe_way(failsafe_speed speed, uint32_t elapsed)
     return (way < speed.per_poll) ? (uint32_t)way : speed.per_poll;
 }
 
-/* Counts the time and the frame since the last poll. Returns the time. */
+/* Adds the time since the last poll to the timers, and takes the frame that has come since then. Returns the time. */
 static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
 {
     const failsafe_parameters *const parameters = &self->parameters;

@@ -140,12 +140,13 @@ GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -563,7 +564,7 @@ static inline gnss_kind gnss_kind_of(const uint8_t *frame, uint16_t length)
     return GNSS_KIND_RTCM;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline gnss_outcome gnss_classify_before(const uint8_t *bytes, uint16_t count, gnss_event event, uint16_t *number)
 {
     (void)bytes;
@@ -805,9 +806,10 @@ static inline void gnss_forget(gnss_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as GNSS_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as GNSS_LINE_EVENT. */
 static inline uint16_t gnss_next(gnss_receiver *receiver, bool has_waited, bool *again)
 {
     gnss_outcome outcome;
@@ -901,7 +903,7 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = gnss_next(receiver, false, &again);
         if ((length > 0U) && gnss_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -911,16 +913,15 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t gnss_end_first(gnss_receiver *receiver, gnss_event event)
 {
     uint16_t number = 0U;
     const gnss_outcome outcome =
         gnss_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == GNSS_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -944,7 +945,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
     while (receiver->from < receiver->to) {
         length = gnss_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = gnss_end_first(receiver, event);
         }

@@ -144,12 +144,13 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -261,7 +262,7 @@ static inline bool mavlink_mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes, and of the byte `extra` after them. */
 static inline uint16_t mavlink_mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -423,7 +424,7 @@ static inline bool mavlink_mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes, and of the byte `extra` after them. */
 static inline uint16_t mavlink_mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -600,7 +601,7 @@ static inline mavlink_kind mavlink_kind_of(const uint8_t *frame, uint16_t length
     return MAVLINK_KIND_MAVLINK1;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline mavlink_outcome mavlink_classify_before(const uint8_t *bytes, uint16_t count, mavlink_event event, uint16_t *number)
 {
     (void)bytes;
@@ -843,9 +844,10 @@ static inline void mavlink_forget(mavlink_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as MAVLINK_LINE_EVENT. */
 static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink_outcome outcome;
@@ -939,7 +941,7 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = mavlink_next(receiver, false, &again);
         if ((length > 0U) && mavlink_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -949,16 +951,15 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t mavlink_end_first(mavlink_receiver *receiver, mavlink_event event)
 {
     uint16_t number = 0U;
     const mavlink_outcome outcome =
         mavlink_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -982,7 +983,8 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
     while (receiver->from < receiver->to) {
         length = mavlink_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = mavlink_end_first(receiver, event);
         }

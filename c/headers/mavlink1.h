@@ -108,12 +108,13 @@ MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver);
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, mavlink1_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -194,7 +195,7 @@ static inline bool mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes, and of the byte `extra` after them. */
 static inline uint16_t mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -342,7 +343,7 @@ static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t 
     return MAVLINK1_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline mavlink1_outcome mavlink1_classify_before(const uint8_t *bytes, uint16_t count, mavlink1_event event, uint16_t *number)
 {
     (void)bytes;
@@ -463,9 +464,10 @@ static inline void mavlink1_forget(mavlink1_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK1_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as MAVLINK1_LINE_EVENT. */
 static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink1_outcome outcome;
@@ -559,7 +561,7 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = mavlink1_next(receiver, false, &again);
         if ((length > 0U) && mavlink1_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -569,16 +571,15 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t mavlink1_end_first(mavlink1_receiver *receiver, mavlink1_event event)
 {
     uint16_t number = 0U;
     const mavlink1_outcome outcome =
         mavlink1_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK1_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -602,7 +603,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
     while (receiver->from < receiver->to) {
         length = mavlink1_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = mavlink1_end_first(receiver, event);
         }

@@ -114,12 +114,13 @@ MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver);
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, mavlink2_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -231,7 +232,7 @@ static inline bool mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
+/* Returns the CRC of `count` bytes, and of the byte `extra` after them. */
 static inline uint16_t mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -387,7 +388,7 @@ static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t 
     return MAVLINK2_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline mavlink2_outcome mavlink2_classify_before(const uint8_t *bytes, uint16_t count, mavlink2_event event, uint16_t *number)
 {
     (void)bytes;
@@ -533,9 +534,10 @@ static inline void mavlink2_forget(mavlink2_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as MAVLINK2_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as MAVLINK2_LINE_EVENT. */
 static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool has_waited, bool *again)
 {
     mavlink2_outcome outcome;
@@ -629,7 +631,7 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = mavlink2_next(receiver, false, &again);
         if ((length > 0U) && mavlink2_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -639,16 +641,15 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t mavlink2_end_first(mavlink2_receiver *receiver, mavlink2_event event)
 {
     uint16_t number = 0U;
     const mavlink2_outcome outcome =
         mavlink2_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == MAVLINK2_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -672,7 +673,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
     while (receiver->from < receiver->to) {
         length = mavlink2_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = mavlink2_end_first(receiver, event);
         }

@@ -104,12 +104,13 @@ MODBUS_RTU_FUNCTION void modbus_rtu_init(modbus_rtu_receiver *receiver);
 MODBUS_RTU_FUNCTION uint32_t modbus_rtu_pending(const modbus_rtu_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 MODBUS_RTU_FUNCTION bool modbus_rtu_push(modbus_rtu_receiver *receiver, uint8_t byte, modbus_rtu_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_rtu_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -228,7 +229,8 @@ static inline modbus_rtu_outcome modbus_rtu_classify(const uint8_t *bytes, uint1
     return MODBUS_RTU_INCOMPLETE;
 }
 
-/* Classifies incomplete bytes that a line event follows. If the line is silent, all these bytes may be a frame. */
+/* Classifies incomplete bytes that a line event follows. If the event is a pause or a break, checks whether these bytes
+ * form exactly one frame. */
 static inline modbus_rtu_outcome modbus_rtu_classify_before(const uint8_t *bytes, uint16_t length, modbus_rtu_event event, uint16_t *number)
 {
 
@@ -338,9 +340,10 @@ static inline void modbus_rtu_forget(modbus_rtu_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as MODBUS_RTU_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as MODBUS_RTU_LINE_EVENT. */
 static inline uint16_t modbus_rtu_next(modbus_rtu_receiver *receiver, bool has_waited, bool *again)
 {
     modbus_rtu_outcome outcome;
@@ -434,7 +437,7 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_r
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = modbus_rtu_next(receiver, false, &again);
         if ((length > 0U) && modbus_rtu_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -444,16 +447,15 @@ MODBUS_RTU_FUNCTION bool modbus_rtu_poll(modbus_rtu_receiver *receiver, modbus_r
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t modbus_rtu_end_first(modbus_rtu_receiver *receiver, modbus_rtu_event event)
 {
     uint16_t number = 0U;
     const modbus_rtu_outcome outcome =
         modbus_rtu_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == MODBUS_RTU_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -477,7 +479,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_line_event(modbus_rtu_receiver *receiver, mo
     while (receiver->from < receiver->to) {
         length = modbus_rtu_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = modbus_rtu_end_first(receiver, event);
         }

@@ -103,12 +103,13 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -332,7 +333,7 @@ static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, u
     return NMEA_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline nmea_outcome nmea_classify_before(const uint8_t *bytes, uint16_t count, nmea_event event, uint16_t *number)
 {
     (void)bytes;
@@ -437,9 +438,10 @@ static inline void nmea_forget(nmea_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as NMEA_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as NMEA_LINE_EVENT. */
 static inline uint16_t nmea_next(nmea_receiver *receiver, bool has_waited, bool *again)
 {
     nmea_outcome outcome;
@@ -533,7 +535,7 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = nmea_next(receiver, false, &again);
         if ((length > 0U) && nmea_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -543,16 +545,15 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t nmea_end_first(nmea_receiver *receiver, nmea_event event)
 {
     uint16_t number = 0U;
     const nmea_outcome outcome =
         nmea_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == NMEA_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -576,7 +577,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
     while (receiver->from < receiver->to) {
         length = nmea_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = nmea_end_first(receiver, event);
         }

@@ -100,12 +100,13 @@ RTCM_FUNCTION void rtcm_init(rtcm_receiver *receiver);
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -249,7 +250,7 @@ static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, u
     return RTCM_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline rtcm_outcome rtcm_classify_before(const uint8_t *bytes, uint16_t count, rtcm_event event, uint16_t *number)
 {
     (void)bytes;
@@ -348,9 +349,10 @@ static inline void rtcm_forget(rtcm_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as RTCM_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as RTCM_LINE_EVENT. */
 static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool has_waited, bool *again)
 {
     rtcm_outcome outcome;
@@ -444,7 +446,7 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = rtcm_next(receiver, false, &again);
         if ((length > 0U) && rtcm_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -454,16 +456,15 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t rtcm_end_first(rtcm_receiver *receiver, rtcm_event event)
 {
     uint16_t number = 0U;
     const rtcm_outcome outcome =
         rtcm_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == RTCM_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -487,7 +488,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
     while (receiver->from < receiver->to) {
         length = rtcm_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = rtcm_end_first(receiver, event);
         }

@@ -221,8 +221,8 @@ static inline slip_outcome slip_classify(const uint8_t *bytes, uint16_t count, u
     return SLIP_INCOMPLETE;
 }
 
-/* Classifies incomplete bytes that a line event follows. If the line is silent, all these bytes may be a frame. The end of
- * a packet counts as a pause. */
+/* Classifies incomplete bytes that a line event follows. If the event is a pause or a break, checks whether these bytes
+ * form exactly one frame. The end of a packet counts as a pause. */
 static inline slip_outcome slip_classify_before(const uint8_t *bytes, uint16_t length, slip_event event, uint16_t *number)
 {
 
@@ -319,7 +319,7 @@ static inline void slip_discard(slip_receiver *receiver, slip_outcome reason, ui
     receiver->stage = SLIP_OUTSIDE;
 }
 
-/* Begins a packet without bytes. */
+/* Begins a packet, which has no bytes yet. */
 static inline void slip_begin(slip_receiver *receiver)
 {
     receiver->stage = SLIP_INSIDE;
@@ -352,7 +352,8 @@ static inline bool slip_decide(slip_receiver *receiver, slip_outcome outcome, ui
     return slip_read(receiver->buffer, length, message);
 }
 
-/* Decides about the packet that a delimiter ends. A packet without bytes stays pending. */
+/* Ends a packet at a delimiter: delivers the packet if it is a frame, and otherwise discards it. A packet without bytes
+ * stays pending. */
 static inline bool slip_close(slip_receiver *receiver, slip_message *message)
 {
     slip_outcome outcome;

@@ -105,12 +105,13 @@ UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
 /* Takes the next byte. If a frame is found, returns true and writes its values to `*message`. A call
- * drops at most one false start. So a complete frame may stay pending until later calls have decided about the bytes
+ * drops at most one false start. So a complete frame may stay pending until later calls have processed the bytes
  * before it. */
 UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *message);
 
-/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
- * `*message`. If no byte follows soon, call this function until it returns false. */
+/* Searches the pending bytes for the next frame, and discards bytes that cannot begin a frame. If a frame is found,
+ * returns true and writes its values to `*message`. If no byte follows soon, call this function until it returns
+ * false. */
 UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message);
 
 /* Reports a line event. Bytes that arrive later cannot complete a pending frame. Calls `received` with each frame among
@@ -231,7 +232,7 @@ static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uin
     return UBX_FRAME;
 }
 
-/* Classifies incomplete bytes that a line event follows. No frame ends among these bytes. */
+/* Classifies incomplete bytes that a line event follows. No line event completes a frame of this format. */
 static inline ubx_outcome ubx_classify_before(const uint8_t *bytes, uint16_t count, ubx_event event, uint16_t *number)
 {
     (void)bytes;
@@ -339,9 +340,10 @@ static inline void ubx_forget(ubx_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as UBX_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as UBX_LINE_EVENT. */
 static inline uint16_t ubx_next(ubx_receiver *receiver, bool has_waited, bool *again)
 {
     ubx_outcome outcome;
@@ -435,7 +437,7 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     uint16_t length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = ubx_next(receiver, false, &again);
         if ((length > 0U) && ubx_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -445,16 +447,15 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline uint16_t ubx_end_first(ubx_receiver *receiver, ubx_event event)
 {
     uint16_t number = 0U;
     const ubx_outcome outcome =
         ubx_classify_before(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == UBX_FRAME) {
         receiver->from = (uint16_t)(receiver->from + number);
@@ -478,7 +479,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
     while (receiver->from < receiver->to) {
         length = ubx_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = ubx_end_first(receiver, event);
         }

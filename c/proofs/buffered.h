@@ -16,7 +16,7 @@
  * If the file also defines the following macros, there is a proof about the header's `encode`:
  *
  *   POINT          statements that point the message's pointers to at most PAYLOAD bytes
- *   SPACE          the number of bytes for a frame
+ *   SPACE          the largest room for a frame, in bytes
  *   ENCODE_TURNS   more iterations than any loop in `encode` performs */
 #include "proof.h"
 
@@ -59,7 +59,7 @@ PROOF(classify, TURNS)
     const X(outcome) before = X(classify_before)(at, count, (X(event))event, &number);
 
 #ifdef IS_SILENT
-    /* Only silence ends a frame, and the frame has all bytes. */
+    /* Only a pause or a break ends a frame, and the frame consists of all bytes. */
     ASSERT(before < XX(REASONS) ||
         (before == XX(FRAME) && number == count && (event == XX(IDLE_LINE) || event == XX(BREAK))));
     COVER(before == XX(FRAME));
@@ -128,7 +128,7 @@ uint8_t c_classify(uint8_t count, uint8_t seen)
     return in_rust(X(classify)(bytes, count, seen, &number));
 }
 
-/* Classifies the first `count` bytes, which are incomplete, before a line event. */
+/* Classifies the first `count` bytes, which the line event `event` follows. */
 uint8_t c_classify_before(uint8_t count, uint8_t event)
 {
     return in_rust(X(classify_before)(bytes, count, (X(event))event, &number));

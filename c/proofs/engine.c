@@ -13,8 +13,8 @@
 /* The engine has no case that depends on these sizes. */
 #define ANY_LONGEST 3U
 #define ANY_ROOM 5U
-/* More iterations than any loop performs, because each iteration except the last decides about at least one of at most
- * three pending bytes. */
+/* More iterations than any loop performs. At most three bytes are pending, and before `poll` and `line_event` at most
+ * two. */
 #define TURNS 4
 
 typedef uint8_t any_index;

@@ -259,7 +259,7 @@ fn the_motion_platform_is_right_after_one_pause() {
     for lost in 0..AMBIGUOUS.len() {
         line.pause(10_000);
         line.send_without(lost, AMBIGUOUS);
-        // Until the next pause, the receiver may read frames from a wrong byte.
+        // Until the next pause, the receiver may find frames at a wrong offset.
         line.repeat_for(20_000, AMBIGUOUS);
         line.pause(10_000);
         line.repeat_for(500_000, AMBIGUOUS);

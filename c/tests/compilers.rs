@@ -86,8 +86,8 @@ impl Compiler {
         Program(folder)
     }
 
-    /// Compiles a source file in the folder of the output. Unless `-c` is one of the options, links a program. A
-    /// warning is an error.
+    /// Compiles a source file. The current folder is that of the output. Unless `-c` is one of the options, also links
+    /// a program. A warning is an error.
     pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
         let (name, own) = self.command.split_once(' ').unwrap();
         let folder = output.parent().unwrap();

@@ -146,7 +146,7 @@ impl Case {
         compiler.program(source, &files, option)
     }
 
-    /// Compares the digests after all steps with those of the Rust receiver.
+    /// Compares the digest after each step with that of the Rust receiver.
     fn check(&self, compiler: &Compiler) {
         let program = self.program(compiler, "difference.c", &[]);
         let found = program.run(&self.encoded_steps());

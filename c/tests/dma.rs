@@ -212,8 +212,8 @@ impl Stream {
         self.slots.extend(vec![[b's', 1]; count]);
     }
 
-    /// Sends a frame with channels, or the first `length` bytes of it, if it has more. A long pause follows a part of a
-    /// frame. `silence` returns the silence before each byte except the first.
+    /// Sends a frame with channels, but at most its first `length` bytes. If the frame is cut off, a long pause
+    /// follows. `silence` returns the silence before each byte except the first.
     fn send(&mut self, length: usize, mut silence: impl FnMut() -> usize) {
         // The payload is different for each frame, and no byte of it can begin a frame.
         let number = u8::try_from(self.frames.len() % 100 + 1).unwrap();

@@ -229,7 +229,7 @@ fn one_axis_of_8_bits() {
     check::<u8, 1>("uint8_t");
 }
 
-/// `FAILSAFE_USUAL` gives the same parameters as `for_clock` in Rust, for any clock.
+/// `FAILSAFE_USUAL` gives the same parameters as `for_clock` in Rust.
 #[test]
 fn the_usual_parameters_are_those_of_rust() {
     let clocks = [1_000_u32, 1_024, 32_768, 62_500, 16_000_000];

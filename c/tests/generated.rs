@@ -280,7 +280,7 @@ fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
             format!(" {}", i32::try_from(rounded).ok()?)
         }
         Value::Bytes(all) | Value::Text(all) => bytes(all),
-        // A number that means "missing" is readable. No field here may be both missing and unreadable.
+        // Generated code returns the number that means "missing". Without such a number, the value is unreadable.
         Value::Missing => said(field, field.missing?, is_rounded)?,
     })
 }
@@ -390,8 +390,8 @@ const LIBRARY: &str = "//! Generated.
 #![deny(clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]
 ";
 
-/// Compiles the modules as a library without `std`, in which clippy and rustfmt must find nothing, and runs a program
-/// that uses the library.
+/// Compiles the modules as a library without `std`, and runs a program that uses the library. clippy must find nothing
+/// in the library, and rustfmt must find nothing in the modules of the shipped descriptions.
 fn in_rust(cases: &[Case]) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("generated");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

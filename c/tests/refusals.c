@@ -50,7 +50,7 @@ static void encode_with_too_little_room(void)
     size_t length;
     size_t room;
 #ifdef HAS_SIGNATURE
-    /* With a signature, a frame may be longer than its content, even if the content's last zeros are left out. */
+    /* Encode a signature, too. It follows a payload whose last zeros may be left out. */
     message.has_signature = true;
 #endif
     length = F(encode)(&message, frame, sizeof frame);

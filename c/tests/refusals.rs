@@ -1,5 +1,6 @@
 //! Tests that a C function which refuses a call changes neither the receiver, nor the message, nor the buffer for a
-//! frame. The program compares each of them with a copy from before the call.
+//! frame. Only `encode` of packets may write into the buffer. The program compares each of the three with a copy from
+//! before the call.
 
 use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;

@@ -64,8 +64,8 @@ uint32_t microseconds(void)
     return time;
 }
 
-/* Returns the number of transfers until the end of the buffer. At the beginning of the buffer, returns DMA_SIZE and 0
- * by turns, because the program must accept both. */
+/* Returns the number of transfers until the end of the buffer. At the beginning of the buffer, alternately
+ * returns DMA_SIZE and 0, because the program must accept both. */
 uint32_t dma_counter(void)
 {
     static bool is_zero;
@@ -194,7 +194,7 @@ int main(void)
             start();
             printf("start\n");
             continue;
-        case 'p': /* the steps after the next step happen during its call: their number, and the accesses before them */
+        case 'p': /* `steps` and `accesses`: the next step is a call, and the steps after it happen during this call */
             steps = number / 4U;
             accesses = number % 4U;
             break;

@@ -100,7 +100,7 @@ pub struct BufferedReceiver<F, B> {
     /// The pending bytes are `buffer[from..to]`.
     from: usize,
     to: usize,
-    /// Until `to` reaches this index, the format cannot decide about the pending bytes.
+    /// Until `to` reaches this index, the format cannot classify the first pending byte.
     ask_at: usize,
 }
 
@@ -157,7 +157,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So a call may leave bytes undecided, even a whole frame.** After a false
-    /// start, later calls decide about these bytes in turn. Each call delivers at most one frame. If no byte follows
+    /// start, later calls classify these bytes in turn. Each call delivers at most one frame. If no byte follows
     /// soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
     /// [`line_event`](Self::line_event). Both also exist as steps of bounded cost: see [`poll_step`](Self::poll_step)
     /// and [`line_event_step`](Self::line_event_step).
@@ -201,7 +201,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Decides about the bytes that [`push`](Self::push) has left undecided. Returns the next frame among them.
+    /// Returns the next frame among the bytes that [`push`](Self::push) has left undecided.
     ///
     /// Calls the format at most once for each pending byte. To spread this work over several calls, use
     /// [`poll_step`](Self::poll_step).
@@ -209,7 +209,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.next(&mut [].as_slice())
     }
 
-    /// Does one step of [`poll`](Self::poll): decides about the first of the bytes that [`push`](Self::push) has left
+    /// Does one step of [`poll`](Self::poll): classifies the first of the bytes that [`push`](Self::push) has left
     /// undecided. Reports the dropped bytes, or the frame, or dropped bytes and the frame after them. Returns false if
     /// the receiver needs more bytes for the next decision.
     ///

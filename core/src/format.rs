@@ -136,10 +136,10 @@ pub trait Format: Clone {
     /// Classifies [incomplete](Classification::Incomplete) bytes that a line event follows. No more bytes will follow
     /// `bytes`, so the function decides whether a frame begins here and ends among these bytes.
     ///
-    /// The function returns `Frame` if `classify` waited for a longer frame, but `bytes` also begin with a shorter
-    /// frame. This happens in formats with several kinds of frames. The default returns `Rejected` with the reason
-    /// [`LineEvent`](DiscardReason::LineEvent). If the function returns another reason, the receiver drops the first
-    /// byte with this reason.
+    /// The function returns `Frame` in two cases: silence ends the format's frames, or the format has several kinds of
+    /// frames and `classify` waited for a longer frame than the one with which `bytes` begin. The default returns
+    /// `Rejected` with the reason [`LineEvent`](DiscardReason::LineEvent). If the function returns another reason, the
+    /// receiver drops the first byte with this reason.
     #[inline]
     #[must_use]
     fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {

@@ -79,7 +79,7 @@
 //! format are compile errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
-//! `MAVLink`, NMEA and RTCM.
+//! `MAVLink`, NMEA, RTCM, Modbus RTU and others.
 //!
 //! # The rule
 //!

@@ -9,7 +9,7 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 ///
 /// # The rule for pending bytes
 /// A line event ends the wait for the rest of a frame. Frames that lie whole among the pending bytes are delivered.
-/// Every other byte that waited is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule, so a
+/// Every other pending byte is discarded as [`DiscardReason::LineEvent`]. All receivers follow this rule, so a
 /// [`Receiver`] and a [`BufferedReceiver`](crate::BufferedReceiver) of BIN frames have equal counters.
 /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event) states two exceptions for packets.
 ///
@@ -17,7 +17,7 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 ///
 /// * If the format itself gives another reason ([`Format::classify_before`](crate::Format::classify_before)), the byte
 ///   counts with this reason. For example, a frame that ends with a pause may have a wrong checksum.
-/// * [`BufferedReceiver::push`](crate::BufferedReceiver::push) may leave bytes undecided. The receiver first decides about
+/// * [`BufferedReceiver::push`](crate::BufferedReceiver::push) may leave bytes undecided. The receiver first classifies
 ///   these bytes, as `feed` would have. So the counters do not depend on whether bytes are pushed or fed.
 ///
 /// # From a driver's error
@@ -330,7 +330,7 @@ impl<P: Parser> Line<P> {
     /// time for the whole work in one call does one step at a time until the step returns false.
     ///
     /// [`BufferedReceiver::poll_step`](crate::BufferedReceiver::poll_step) says how many bytes a step examines. Other
-    /// receivers leave nothing undecided.
+    /// receivers leave no bytes undecided.
     ///
     /// # Examples
     /// ```
@@ -432,14 +432,14 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. The last step, which
+    /// Does one step of [`line_event`](Self::line_event). Returns whether another step is needed. The last step, which
     /// returns false, counts the event.
     ///
     /// After a line event, call this function until it returns false. Then the line has delivered and counted exactly
     /// what one call of `line_event` would have. Keep the bytes that arrive in the meantime, and push them afterwards.
     ///
     /// [`BufferedReceiver::line_event_step`](crate::BufferedReceiver::line_event_step) says how many bytes a step
-    /// examines. Other receivers decide about all pending bytes in one step.
+    /// examines. Other receivers need only one step.
     ///
     /// # Examples
     /// ```

@@ -27,7 +27,7 @@ mod verification;
 ///
 /// The price: **the very first packet needs a delimiter before it**, and so does the first packet after a line event. A
 /// line event inside a packet costs this packet, but no other. Senders that write a delimiter before and after each
-/// packet lose nothing.
+/// packet lose nothing else.
 ///
 /// [`Stuffing::Doubled`] has a stronger rule, because a damaged end hides the next packet's beginning. Each packet that
 /// arrives whole is delivered, unless a delivered packet begins earlier and shares bytes with it.
@@ -135,7 +135,7 @@ pub struct PacketReceiver<F, B> {
     buffer: B,
     /// The packet's unstuffed bytes are `buffer[..length]`.
     length: usize,
-    /// Until `length` reaches this number, the format cannot decide about the packet.
+    /// Until `length` reaches this number, the receiver asks the format only at a delimiter.
     ask_at: usize,
     /// The number of pending bytes, as received: delimiters, escape bytes, content. Outside a packet, an escape byte of
     /// DLE framing may be pending.
@@ -186,7 +186,7 @@ impl<F, B> PacketReceiver<F, B> {
 impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     /// Creates a receiver that keeps the packet in `buffer`: a borrowed slice, or a `Vec`.
     ///
-    /// Returns `None` if the buffer is shorter than the format's [`longest`](crate::Format::longest) packet.
+    /// Returns `None` if the format's [`longest`](crate::Format::longest) is 0, or more than the buffer's length.
     #[must_use]
     pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();
@@ -394,7 +394,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             .ok()
     }
 
-    /// Ends the packet, and decides about it. Does nothing if the packet is empty.
+    /// Ends the packet: delivers a frame, or discards the packet. Does nothing if the packet is complete but empty.
     #[inline(never)]
     fn close(&mut self, report: &mut impl Report) -> Option<Whole> {
         let mut why = DiscardReason::BrokenStuffing;

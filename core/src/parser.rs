@@ -7,9 +7,9 @@ use crate::LineEvent;
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver),
-/// [`PacketReceiver`](crate::PacketReceiver) and the [lecture's machine](crate::lecture::Lecture) implement it. Each type
-/// also has inherent functions with the names of the trait's functions. So if a program uses only one of the types,
-/// it need not import the trait. [`Line`](crate::Line) and the readers accept any `Parser`.
+/// [`PacketReceiver`](crate::PacketReceiver) and the [lecture's machine](crate::lecture::Lecture) are parsers. Each
+/// type also has inherent functions with the names of the trait's functions. So if a program uses only one of the
+/// types, it need not import the trait. [`Line`](crate::Line) and the readers accept any `Parser`.
 ///
 /// # Functions for any machine
 /// A function that accepts every machine with a certain type of message `M` has the bound
@@ -55,10 +55,10 @@ pub trait Parser {
     /// [`PacketReceiver::line_event`](crate::PacketReceiver::line_event).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Does one step of [`line_event`](Self::line_event). Returns whether bytes are still pending. To do the same as
-    /// one call of `line_event`, repeat the step until it returns false.
+    /// Does one step of [`line_event`](Self::line_event). Returns whether another step is needed. To do the same as one
+    /// call of `line_event`, repeat the step until it returns false.
     ///
-    /// The default decides about all pending bytes in one step.
+    /// The default calls `line_event`, and needs no further step.
     fn line_event_step(
         &mut self,
         event: LineEvent,
@@ -68,8 +68,8 @@ pub trait Parser {
         false
     }
 
-    /// Does one step of deciding about the bytes that [`push`](Self::push) has left undecided. Returns false if the next
-    /// decision needs more bytes. To do the same as [`feed`](Self::feed) of an empty slice, repeat the step until it
+    /// Classifies the bytes that [`push`](Self::push) has left undecided, or some of them. Returns false if the next
+    /// decision needs more bytes. To do the same as [`feed`](Self::feed) of an empty slice, repeat this step until it
     /// returns false.
     ///
     /// The default feeds an empty slice.
@@ -191,8 +191,8 @@ pub enum DiscardReason {
     /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. A
     /// [`FixedFormat`](crate::FixedFormat) never gives this reason.
     BadHeader,
-    /// The frame is too long: its header states more bytes than the format or the message allows, or more bytes than
-    /// that arrive before its end.
+    /// The frame is too long: its header states more bytes than the format or the message allows, or too many bytes
+    /// arrive before its end.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,

@@ -9,8 +9,8 @@ use crate::{Line, Parser};
 
 /// Reads messages from `source`, for example a UART driver, through a buffer of `N` bytes.
 ///
-/// No byte is lost if `source` returns an error: the bytes read so far stay in the buffer, and pending bytes stay
-/// pending. The next call continues with these bytes.
+/// No byte is lost if `source` returns an error: the reader has already parsed all earlier bytes, and pending bytes
+/// stay pending. The next call continues with the next byte.
 ///
 /// # Examples
 /// ```
@@ -60,7 +60,7 @@ pub struct Reader<R, P, const N: usize = 64> {
     /// The part of the buffer that the parser has not taken yet: `taken..filled`.
     taken: usize,
     filled: usize,
-    /// Whether the line event of a pause still has to decide about pending bytes.
+    /// Whether the line event of a pause needs another step.
     #[cfg(feature = "embedded-io-async-v0.7")]
     in_pause: bool,
 }
@@ -233,9 +233,9 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// line is idle: the reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one
     /// in each call.
     ///
-    /// The future ends after the duration of the pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
-    /// drops the source's `read` at a pause, so dropping it must lose no byte. Read only with this function, because after
-    /// a pause it continues the line event in the next call.
+    /// This future ends after the duration of a pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
+    /// drops the source's `read` at a pause, so dropping it must lose no byte. Use no other function for reading: after
+    /// a pause, only this function continues the line event.
     ///
     /// # Errors
     /// See [`next_message_async`](Self::next_message_async).
@@ -257,7 +257,7 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// # }
     /// # /// Ends at once: in this example each read that has to wait is a pause.
     /// # fn silence() -> impl Future<Output = ()> { ready(()) }
-    /// // The rest of a frame that has lost its end, then a pause, then a frame.
+    /// // The beginning of a frame that has lost its end, then a pause, then a whole frame.
     /// let uart = Uart(vec![b"AB\0ab", b"", b"AB\0xyz\r"]);
     /// let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
     /// let next = reader.next_message_or_pause(silence, |setpoint| setpoint);

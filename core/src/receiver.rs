@@ -113,7 +113,7 @@ impl<F: FixedFormat> Receiver<F> {
     /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are those at the end of
     /// the stream that may still become part of a frame.
     ///
-    /// Makes at most one comparison per pending byte.
+    /// Makes fewer comparisons than a frame has bytes.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.window.pending(&F::SHAPE)

@@ -18,8 +18,8 @@ use crate::Format;
 /// | DMX512 | [`Stuffing::Break`] |
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Stuffing {
-    /// The delimiter stands between packets. The escape byte and the code after it stand for one byte. The two bytes
-    /// must differ.
+    /// The delimiter stands between packets. The escape byte and the code after it stand for one byte. `delimiter` and
+    /// `escape` must differ.
     Escape {
         /// The byte between packets.
         delimiter: u8,
@@ -30,8 +30,8 @@ pub enum Stuffing {
     },
     /// Consistent Overhead Byte Stuffing. The delimiter is 0.
     Cobs,
-    /// DLE framing: a packet begins with `escape start` and ends with `escape end`. Between them, `escape escape` stands
-    /// for one escape byte. The three bytes must differ.
+    /// DLE framing: a packet begins with `escape start` and ends with `escape end`. Between them, `escape escape`
+    /// stands for one escape byte. `escape`, `start` and `end` must differ.
     Doubled {
         /// The byte DLE.
         escape: u8,
@@ -118,13 +118,13 @@ impl Stuffing {
     /// Writes a delimiter, the stuffed packet, and a delimiter to the front of `into`. Returns the written bytes.
     ///
     /// Returns `None` if `into` is too short, if the packet is empty, or if the packet cannot be encoded. A packet
-    /// cannot be encoded in two cases: if [`Codes::Xor`] would replace one of its bytes with the delimiter, or if it
-    /// begins with `escape` or `end` in DLE framing without a `start`.
+    /// cannot be encoded in two cases: if the code for one of its bytes would be the delimiter, or if the packet begins
+    /// with `escape` or `end` in DLE framing without a `start`.
     ///
     /// `2 * packet.len() + 4` bytes are always enough. For COBS, `packet.len() + packet.len() / 254 + 3` bytes are
-    /// enough. The function replaces only delimiters and escape bytes. If a protocol's frames end by themselves, as
-    /// those of `XBee` and S.Port, leave out the last byte. For [`Break`](Self::Break) the function copies the packet,
-    /// and the program sends the breaks.
+    /// enough. For [`Escape`](Self::Escape) the function replaces only delimiters and escape bytes. If a protocol's
+    /// frames end by themselves, as in `XBee` and S.Port, do not send the last byte, a delimiter. For
+    /// [`Break`](Self::Break) the function copies the packet, and the program sends the breaks.
     ///
     /// ```
     /// use framelock::Stuffing;

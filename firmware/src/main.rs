@@ -7,7 +7,7 @@
 //! The receive handler owns the receiver, and passes the setpoint to the main loop in a single word. The main loop owns
 //! everything else.
 //!
-//! This is no safety function. Whatever it moves needs a switch that cuts the power without software.
+//! This firmware is no safety function. Whatever it moves needs a switch that cuts the power without software.
 #![no_std]
 #![no_main]
 
@@ -57,7 +57,7 @@ fn main() -> ! {
     chip.POWER
         .tasks_constlat
         .write(|w| w.tasks_constlat().set_bit());
-    // Start the watchdog before anything that waits.
+    // Start the watchdog before the crystal, which might never start.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
         SCB::sys_reset()
     };
@@ -119,7 +119,7 @@ fn poll(failsafe: &mut Failsafe<u8, 3>, now: u32) -> Output<u8, 3> {
     failsafe.poll(now)
 }
 
-/// The lock. It is held while frames arrive and no byte has been discarded since the last frame.
+/// The lock. It is held while frames arrive and no byte between them is discarded.
 #[derive(Default)]
 struct Lock {
     held: bool,
@@ -143,8 +143,8 @@ impl Lock {
     }
 }
 
-/// The measurement of how long a break lasts. It counts the ticks at which the line is low, from the report of the
-/// break until the next byte arrives.
+/// The measurement of how long a break lasts. It counts ticks from the report of the break, until a tick finds the line
+/// high or a byte has arrived.
 #[derive(Default)]
 struct LineBreak {
     lasts: bool,

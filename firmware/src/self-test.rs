@@ -1,4 +1,4 @@
-//! The self-test: checks on this chip the assumptions that the firmware makes, and logs the results as a report.
+//! The self-test: checks the firmware's assumptions about this chip, and logs the results as a report.
 //!
 //! It needs one wire, from P1.01 to P1.02: D0 to D1 on the nRF52840-DK. It cannot use the firmware's own pin,
 //! P0.08, because the kit's probe may drive that pin.
@@ -210,7 +210,7 @@ fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut said, mut stored) = (0, 0);
     receiver.switch_on();
     for _ in 0..TIMES {
-        // The byte is 'A', which has two ones, so its parity bit is 0 and acts as a bad stop bit.
+        // The byte is 'A', which has two ones, so its parity bit is 0. The receiver takes this bit for the stop bit.
         sender.send_with_parity(bytes.split_at(1).0);
         if receiver.ended() {
             stored += 1;
@@ -257,7 +257,7 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
         waited = 0;
         receiver.open();
         pause(BYTE / 2);
-        // The second byte sent is 'B'; the first one is in memory.
+        // The first byte was stored before, so the oldest byte in the FIFO is the second one, 'B'.
         oldest_is_lost += u32::from(Receiver::byte() != b'B');
         while receiver.ended() && waited < 12 {
             waited += 1;
@@ -271,7 +271,7 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
         said == TIMES && waited >= 5
     );
     receiver.switch_on();
-    // One byte goes to memory.
+    // One byte goes to memory, `waited` bytes fill the FIFO, and one byte finds no room.
     let (mut error, count) = (None, 2 + waited as usize);
     let end = sender.send(bytes.split_at(count).0, || error = receiver.error());
     let before = error.map_or(u32::MAX, |error| end.wrapping_sub(error));
@@ -415,7 +415,7 @@ impl MainLoop {
     fn start(timer: TIMER0) -> Self {
         clock::count_microseconds(&timer);
         let Ok(failsafe) = Failsafe::new(FAILSAFE, 0) else {
-            SCB::sys_reset() // The settings assert the same at compile time.
+            SCB::sys_reset() // This never happens: the settings check `FAILSAFE` at compile time.
         };
         Self {
             timer,

@@ -5,8 +5,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use framelock::motion::Setpoint;
 
 /// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which single instructions
-/// read and write, so a reader never sees a torn setpoint, which has parts of two. Only the receive handler writes the
-/// word.
+/// read and write. So a reader never sees a torn setpoint, which consists of parts of two setpoints. Only the receive
+/// handler writes the word.
 ///
 /// No test looks for a torn setpoint.
 #[unsafe(no_mangle)]

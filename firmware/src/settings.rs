@@ -26,7 +26,7 @@ pub(crate) type Parser = framelock::lecture::Lecture;
 pub(crate) type Line = framelock::Line<Parser>;
 
 /// A time in microseconds. If a byte waits in the FIFO when a transfer is opened, the UARTE stores the byte within this
-/// time. This time is less than half a byte time. So after a line error, it elapses before the next byte arrives.
+/// time. This time is less than half a byte time, so it elapses between a line error and the next byte.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// The length of a silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a
@@ -113,7 +113,7 @@ fn high(pin: Pin<Disconnected>) -> Pin<Output<PushPull>> {
 pub(crate) const BYTE_TIME: u32 = 10_000_000_u32.div_ceil(BAUD);
 
 /// Returns the value of the UARTE's BAUDRATE register. A rate that the UARTE does not support, or misses by more than
-/// 2 %, does not compile. `FIGURES.txt` has measurements at each of these rates.
+/// 2 %, does not compile. `FIGURES.txt` has measurements at each supported rate.
 pub(crate) const fn baud_register() -> BAUDRATE_A {
     match BAUD {
         9_600 => BAUDRATE_A::BAUD9600,

@@ -124,7 +124,7 @@ impl Shown {
 /// How long LED2 stays on after an error, in microseconds: long enough to be seen.
 const ERROR_SHOWN: u32 = 100_000;
 
-/// What moves the servos, or why nothing does. LED3 and the log show it.
+/// The state of the outputs, which LED3 and the log show.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OutputState {
     /// No frames: the servos hold, move to park, or are parked.

@@ -9,8 +9,8 @@ use nrf52840_emulator::Assumptions;
 use crate::firmware::{Firmware, GAP, RESTART, frames, is_some_of};
 
 /// The table in `docs/board.md` has a row for each deviation. The row says that nothing is lost, or names the counters
-/// that report the loss. If an ENDRX is also lost, at most five frames are lost. If the row says that nothing is
-/// received for 12 ms, the frames of this time may be lost, too.
+/// that report the loss. If one ENDRX is lost in addition, at most five frames are lost. But if the row says that a
+/// restart loses the bytes of up to 12 ms, the frames of these 12 ms may be lost, too.
 #[test]
 fn each_deviation_loses_what_the_guide_says() {
     let guide = include_str!("../../docs/board.md");

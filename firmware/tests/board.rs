@@ -96,7 +96,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
     for n in 0..2_000_u32 {
-        // The pitch goes up and down by a unit per millisecond. The outputs can move faster.
+        // The pitch goes up and down by about a unit per millisecond. The outputs can move faster.
         let [position, ..] = (n / 2 % 510).to_le_bytes();
         let pitch = if n / 2 % 510 > 255 {
             !position

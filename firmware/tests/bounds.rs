@@ -15,7 +15,8 @@ const MOST_PER_POLL: u8 = 6;
 /// The most units per poll in an approach and on the way to park, where 255 units take a second.
 const MOST_PER_SLOW_POLL: u8 = 2;
 /// The most by which a pulse differs from the pulse before, in microseconds. The widths of two pulses in a row are
-/// computed at most 26 ms apart, and a width changes by 5 us per millisecond. One unit is 4 us.
+/// computed at most 26 ms apart, and a width changes by 5 us per millisecond. Rounding to units of 4 us and to whole
+/// microseconds adds at most 6 us.
 const MOST_PER_PULSE: u64 = 136;
 /// The most by which the pulse after a halt differs from the pulse before the halt. Their widths are computed at most
 /// 44 ms apart, not counting the halt.

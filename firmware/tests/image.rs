@@ -64,8 +64,8 @@ fn every_image_fits() {
 
 /// Every panic calls functions of `core::panicking`, and then the program's panic handler. The compiler never inlines
 /// the functions of `core::panicking` completely. So an image without symbols of these functions and of the handler
-/// cannot panic. The log's library can panic, so the test checks the image without a log. All images have the same
-/// receive handlers.
+/// cannot panic. The log's library can panic, so the test checks the image without a log. The receive handlers do not
+/// use the log.
 #[test]
 fn nothing_can_panic() {
     let image = image("small");

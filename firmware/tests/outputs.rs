@@ -48,9 +48,9 @@ pub(crate) fn led3(firmware: &mut Firmware, milliseconds: u64) -> (u64, u64) {
 }
 
 /// A break causes a handler to run, at various times before a tick. If the handler ends just before the tick, the main
-/// loop is awake when the tick comes. If the main loop then slept through the tick, no byte would wake it later. The
-/// time between two breaks is long enough for a restart of the UARTE, because a receiver that is switched off would
-/// miss a break.
+/// loop is awake when the tick comes. If the main loop then slept through the tick, it would not update the counter,
+/// because no later byte would wake it. The time between two breaks is long enough for a restart of the UARTE, because
+/// a receiver that is switched off would miss a break.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");
@@ -63,7 +63,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
 }
 
 /// The firmware is interrupted for longer than a tick, at many positions of the main loop. Then the main loop may
-/// request a tick whose time has already passed. It must not sleep until this tick.
+/// request a tick whose time has already passed. The main loop must go on immediately, because this tick would come
+/// only after the clock has wrapped.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;

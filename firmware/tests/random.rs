@@ -16,13 +16,13 @@ const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
 /// The longest delay of handlers that loses nothing, in bits. The FIFO may hold only five bytes of ten bits, and at 1
 /// Mbaud a slow core needs some time for the waiting bytes.
 const HOLD_OFF: u64 = 45;
-/// A time, in cycles, that is longer than this delay at the images' baud rates.
+/// A time, in cycles, that is longer than [`HOLD_OFF`] at the images' baud rates.
 const HELD_OFF: u64 = 500 * MICROSECOND;
 /// Number of streams, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const RUNS: u64 = 200;
 /// Number of streams with mixes of assumptions, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const MIXES: u64 = 150;
-/// The fixed bytes of frames. With them, parts of frames and payloads look like frames.
+/// The fixed bytes of frames, and 0, the reserved byte. With them, parts of frames and payloads look like frames.
 const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
 
 /// Events on the line and in the processor: a delay of the handlers, symbols, then silence.
@@ -38,8 +38,8 @@ struct Step {
     silence: u64,
 }
 
-/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and delays that are too long in
-/// the middle of a flood of frames.
+/// The forms of steps after which bytes may be lost: bytes without a stop bit, breaks, and too long a delay during a
+/// flood of frames.
 const ERRORS: [&str; 3] = ["bad stop", "break", "too long"];
 
 fn byte(random: &mut ChaCha8Rng) -> u8 {
@@ -101,6 +101,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 /// * If there was no error on the line, no delay that was too long, and no lost ENDRX, then the firmware has received
 ///   every byte without an overrun.
 /// * Every byte is part of a frame, discarded or pending.
+/// * After the run, the firmware receives a frame within half a second.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
     for_seeds(RUNS, &[], |seed, occurred| {
@@ -117,8 +118,8 @@ const WITHOUT_EFFECT: [&str; 3] = [
     "flush_is_silent",
 ];
 
-/// Checks the same properties under random mixes of assumptions about the chip. Within half a second, the firmware
-/// receives a frame again. Each deviation, except [`WITHOUT_EFFECT`], has an effect in some runs.
+/// Checks the properties of [`whatever_happens_it_does_as_the_reference`] under random mixes of assumptions about the
+/// chip. Each deviation, except [`WITHOUT_EFFECT`], has an effect in some runs.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
     let each = Assumptions::each().into_iter().map(|(name, _)| name);
@@ -131,7 +132,7 @@ fn whatever_the_chip_does_it_does_as_the_reference() {
     });
 }
 
-/// Performs the runs. Each form and each of these deviations must occur at least six times.
+/// Performs the runs. Each of [`FORMS`] and each of `deviations` must occur at least six times.
 fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occurred)) {
     let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
     let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
@@ -148,9 +149,9 @@ fn for_seeds(runs: u64, deviations: &[&'static str], run: impl Fn(u64, &mut Occu
     );
 }
 
-/// The names that [`Occurred`] counts in addition to deviations. The first seven are kinds of steps, and [`Occurred`]
-/// counts these steps. The next three are images. For an image, [`Occurred`] counts the commits that were compared with
-/// the reference, not the runs. For the last form, it counts the runs in which bytes were lost.
+/// The names that [`Occurred`] counts in addition to deviations. The first seven are forms of steps: each counts the
+/// steps of this form. The next three are images: each counts the committed setpoints that were compared with the
+/// reference. The last name counts the runs in which bytes were lost.
 const FORMS: [&str; 11] = [
     "bytes", "pause", "gap", "bad stop", "break", "hold-off", "too long", "megabaud", "default",
     "lecture", "loss",
@@ -267,7 +268,7 @@ fn wait(firmware: &mut Firmware, cycles: u64) {
     firmware.run_for(cycles);
 }
 
-/// Checks the properties of a run. Returns the number of commits, or `None` if a byte was lost.
+/// Checks the properties of a run. Returns the number of committed setpoints, or `None` if a byte was lost.
 fn check(
     firmware: &mut Firmware,
     reference: Reference,

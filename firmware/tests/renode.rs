@@ -29,8 +29,8 @@ fn symbols_exist() {
     }
 }
 
-/// The commands search the image's file for the first names of counters. The first occurrence must be the section with
-/// all names.
+/// The commands search the image's file for the names of the first counters. The first match must be in the section
+/// that has the names of all counters.
 #[test]
 fn the_first_match_is_the_list_of_counters() {
     let [wanted] = *each_after(COMMANDS, "text.index(\"", '"') else {

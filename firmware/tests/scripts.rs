@@ -186,7 +186,7 @@ impl Script {
         true
     }
 
-    /// Compares something.
+    /// Performs a command that checks something. Panics if the check fails.
     fn check(&mut self, command: &str, words: &[&str], what: &str) {
         let value = |place: usize| number(words[place]);
         let demand = |place: usize| setpoint(&words[place..place + 3].join(","));

@@ -41,7 +41,8 @@ fn symbol(word: &str) -> Vec<LineSymbol> {
         Some(("break", bits)) => vec![LineSymbol::Break(bits.parse().expect(word))],
         Some(("idle", bits)) => vec![LineSymbol::Idle(bits.parse().expect(word))],
         Some(("frame", demand)) => frame(setpoint(demand)).map(LineSymbol::Byte).to_vec(),
-        // With an even parity bit, a byte with an even number of ones has a low bit where the stop bit should be.
+        // The sender adds an even parity bit, but the receiver expects a stop bit in its place. If a byte has an even
+        // number of ones, the parity bit is 0, so the receiver sees a bad stop bit.
         Some((_, demand)) => frame(setpoint(demand))
             .into_iter()
             .flat_map(|byte| match byte.count_ones() % 2 {

@@ -170,8 +170,8 @@ pub(crate) fn first_before<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may have rejected the stream only after more bytes had arrived. It classifies the frame's bytes
-/// alone as incomplete, so this function skips it.
+/// An earlier layout may have rejected the stream only because of bytes after the frame. Such a layout classifies the
+/// frame's bytes alone as incomplete, so this function skips the layout.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

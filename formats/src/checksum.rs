@@ -5,8 +5,8 @@ use crate::layout::{Algorithm, Checksum, Encoding, index};
 impl Checksum<'_> {
     /// Returns true if the checksum in the frame is correct.
     ///
-    /// Negative offsets count back from `length`. `extra` is a byte that the checksum covers after the frame's own
-    /// bytes, although it is not sent.
+    /// Negative offsets count back from `length`. The checksum covers `extra` after the frame's own bytes, although
+    /// this byte is not sent.
     #[inline(always)]
     pub(crate) fn is_right(&self, frame: &[u8], length: usize, extra: Option<u8>) -> bool {
         let stored = self.place(length).and_then(|place| frame.get(place));
@@ -51,8 +51,8 @@ impl Checksum<'_> {
         true
     }
 
-    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
-    /// the frame, only the lowest `n` bytes of the result are valid.
+    /// Computes the checksum of `bytes`, and of the byte `extra` after them if there is one. If the checksum has `n`
+    /// bytes, only the lowest `n` bytes of the result are valid.
     ///
     /// # Examples
     /// ```

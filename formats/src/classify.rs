@@ -41,8 +41,8 @@ impl CheckedLayout<'_> {
         self.0.classify_after(bytes, seen)
     }
 
-    /// Classifies incomplete bytes that a line event follows. If [silence](Length::Silence) ends the frames, a pause or
-    /// a break completes a frame. Otherwise the function rejects the bytes.
+    /// Classifies incomplete bytes that a line event follows. They can be a frame only if the event is a pause or a
+    /// break, and [silence](Length::Silence) ends the frames. If they are no frame, the function rejects them.
     #[inline(always)]
     #[must_use]
     pub fn classify_before(&self, bytes: &[u8], event: LineEvent) -> Classification {
@@ -256,7 +256,7 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        // If a delimiter ends the frame, `end` has already found it.
+        // If a delimiter ends the frame, `end` has already found the terminator.
         let ends = matches!(self.length, Length::Delimiter) || self.terminator.ends(frame);
         if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
@@ -269,8 +269,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the length of the frame that ends with the first terminator and the bytes after it. The first `seen`
-    /// bytes have been classified as incomplete, so they do not contain this whole frame.
+    /// Returns the length of a frame that a delimiter ends, with the terminator and the bytes `behind` it. The first
+    /// `seen` bytes have been classified as incomplete, so they do not contain the whole frame.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let [other, another] = &self.other_terminators;

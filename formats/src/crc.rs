@@ -78,7 +78,7 @@ impl Crc<'_> {
             } else {
                 (highest, register << 8)
             };
-            // A CRC of 8 bits has shifted out all its bits. If the width is constant, this saves an instruction.
+            // A CRC of 8 bits has shifted out all its bits. If the width is constant, the test saves an instruction.
             let rest = if self.width == 8 { 0 } else { rest };
             remainder(out ^ byte) ^ rest
         })

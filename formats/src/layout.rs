@@ -261,7 +261,7 @@ impl<'a> Layout<'a> {
         self.terminator.each().chain(others)
     }
 
-    /// Returns the index of the terminator in a frame that ends with the [`terminator`](Self::terminator).
+    /// Returns the index of the [`terminator`](Self::terminator) in a frame of `length` bytes that ends with it.
     #[must_use]
     pub const fn terminator_at(&self, length: usize) -> usize {
         let end = self.terminator.length.saturating_add(self.behind);

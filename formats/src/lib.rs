@@ -1,8 +1,8 @@
 //! Serial protocols for the receivers of [`framelock`]: `no_std`, no panics, no allocation.
 //!
 //! Describe the frames of your protocol as a [`Layout`], and turn the layout into a format with [`classify_by!`]. `feed`
-//! takes the received bytes, and delivers every complete frame. This frame has two sync bytes, the length of the
-//! payload, the payload, and a sum of all preceding bytes:
+//! takes the received bytes, and delivers every complete frame. In this example, a frame has two sync bytes, the length
+//! of the payload, the payload, and a sum of all preceding bytes:
 //!
 //! ```
 //! use framelock::{BufferedReceiver, Format};
@@ -83,7 +83,7 @@
 //! | CRSF | [`crsf`] | 64 | CRC-8 | TBS's specification |
 //! | UBX | [`ubx`] | chosen by you | 8-bit Fletcher checksum | u-blox's interface descriptions |
 //! | MAVLink 1 | [`Mavlink1`](mavlink::Mavlink1) | 263 | CRC-16, which includes the message's definition | mavlink.io |
-//! | MAVLink 2 | [`Mavlink2`](mavlink::Mavlink2) | 280 | the same | mavlink.io |
+//! | MAVLink 2 | [`Mavlink2`](mavlink::Mavlink2) | 280 | as for MAVLink 1 | mavlink.io |
 //! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |

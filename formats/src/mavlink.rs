@@ -26,7 +26,7 @@ const CHECKSUM: Option<Checksum<'static>> = Some(Checksum {
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
-/// Panics if the messages are not in ascending order of their numbers, or if none of the numbers is below 256.
+/// Panics if the messages are not in ascending order of their numbers, or if two of them have the same number.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> CheckedLayout<'_> {
     unchecked_v1(messages).checked()
@@ -35,7 +35,7 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> CheckedLayout<'_> {
 /// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
 ///
 /// # Panics
-/// Panics if the messages are not in ascending order of their numbers, or if there are no messages.
+/// Panics if the messages are not in ascending order of their numbers, or if two of them have the same number.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> CheckedLayout<'_> {
     unchecked_v2(messages).checked()
@@ -121,9 +121,9 @@ impl Dialect<'_> {
 /// header announces it.
 ///
 /// A value of this type contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`]
-/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. The CRC
-/// of such a frame cannot be checked, because the CRC covers an extra byte that is computed from the message's
-/// definition. Frames with incompatible flags other than "signed" are rejected too. **Signatures are not verified.**
+/// contains all messages of the dialects `common` and `ardupilotmega`. Frames of messages that are not in the value are
+/// rejected, because their CRC cannot be checked: it covers an extra byte that is computed from the message's
+/// definition. Frames with incompatibility flags other than "signed" are rejected too. **Signatures are not verified.**
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///

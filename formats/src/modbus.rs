@@ -27,11 +27,11 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 /// [`LineEvent::Idle`](framelock::LineEvent::Idle).
 ///
 /// At a pause, the receiver delivers the longest frame that ends there and begins after the previous line event. If the
-/// pause between two frames is missed, the second frame is delivered. If a frame contains a pause, this frame is lost.
+/// pause between two frames is missed, only the second is delivered. If a frame contains a pause, this frame is lost.
 ///
 /// The message contains the bytes before the CRC: the address, the function code and the data. The CRC detects every
 /// burst of up to 16 wrong bits. At a pause, the receiver tries one suffix of the pending bytes after another. One in
-/// 65 536 random suffixes passes undetected.
+/// 65 536 suffixes of noise has a valid CRC.
 ///
 /// Source: "MODBUS over Serial Line, Specification and Implementation Guide V1.02", sections 2.5.1 and 6.2.2.
 ///

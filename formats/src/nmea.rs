@@ -33,8 +33,8 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 .checked();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two hexadecimal
-/// digits, and CR LF. LF alone and CR CR LF are accepted too, because both line ends occur in logs. The line runs at
-/// 4 800 baud, unless the satellite receiver is configured otherwise.
+/// digits, and CR LF. LF alone and CR CR LF are accepted too, because both line ends occur in logs. The standard's
+/// line runs at 4 800 baud. Satellite receivers often use another rate.
 ///
 /// Sentences without a checksum are rejected. The standard allows sentences of up to 82 bytes. Satellite receivers send
 /// longer sentences, such as PUBX,03 with 424 bytes, so sentences of up to 512 bytes are accepted. A sentence consists

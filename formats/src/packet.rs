@@ -16,7 +16,7 @@
 //! receiver.feed(sent, |found| packets.extend(found.decoded().map(<[u8]>::to_vec)));
 //! assert_eq!(packets, [b"a\0b"]);
 //!
-//! // The CRC follows the packet before it is stuffed.
+//! // Append the CRC to the packet, and then stuff both.
 //! let mut receiver = PacketReceiver::<_, [u8; 67]>::new(Hdlc::<64>);
 //! let [low, high] = Hdlc::<64>::crc(b"~~");
 //! let mut buffer = [0; 16];

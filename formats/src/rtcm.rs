@@ -60,7 +60,7 @@ pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 /// The contents of an RTCM 3 frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
-    /// The payload, 0 to 1 023 bytes. A field may have any number of bits, and its highest bit comes first.
+    /// The payload, 0 to 1 023 bytes. Its fields may have any number of bits, the highest bit of each field first.
     pub payload: &'a [u8],
 }
 

@@ -23,8 +23,8 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 ///
 /// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and the bytes of channels may look like a
 /// frame's beginning or end. Only the first byte, the four unused bits of the flags, and the last byte are checked. The
-/// unused bits must be zero. The last byte must be 00, or 04, 14, 24 or 34 in SBUS2. Therefore report parity errors,
-/// and the idle gap after each frame, as [`LineEvent`](framelock::LineEvent)s.
+/// unused bits must be zero. The last byte must be 00, or 04, 14, 24 or 34 in SBUS2. These checks are weak, so report
+/// parity errors, and the idle gap after each frame, as [`LineEvent`](framelock::LineEvent)s.
 ///
 /// Source: Futaba has published nothing. PX4 and Betaflight agree on the layout:
 /// <https://github.com/PX4/PX4-Autopilot/blob/main/src/lib/rc/sbus.cpp>,

@@ -88,7 +88,7 @@ impl LengthField {
 }
 
 impl Number {
-    /// Writes the number into a header that contains it.
+    /// Writes `number` at its place in the header, or nothing if the header is too short.
     pub(crate) fn write(&self, header: &mut [u8], number: u32) {
         let place = header.get_mut(self.at..self.end()).unwrap_or_default();
         let lowest_first = number.to_le_bytes().into_iter().take(self.bytes);

@@ -129,7 +129,7 @@ fn any_counters() -> Counters {
     counters
 }
 
-/// Runs `push` and `line_event` of a line with any counters, and the sums of the counters.
+/// Runs `push` and `line_event` of a line with any counters, and adds up the counters.
 #[kani::proof]
 #[kani::unwind(10)]
 fn line() {

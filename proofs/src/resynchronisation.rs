@@ -64,8 +64,8 @@ fn the_frame_after_a_reset_is_delivered() {
     kani::cover!(pending == (6, 6), "one byte is missing from a frame");
 }
 
-/// A sender repeats one frame, and the first byte of the first one is lost. The lecture's machine commits nothing, and
-/// after each frame it is in the same state again. The receiver delivers the next frame.
+/// A sender repeats one frame, and the line loses the first byte. The lecture's machine commits nothing, and after each
+/// whole frame it is in the same state again. The receiver delivers the first whole frame.
 #[kani::proof]
 #[kani::unwind(8)]
 fn the_lectures_machine_stays_deaf() {

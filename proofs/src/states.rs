@@ -1,4 +1,4 @@
-//! Arbitrary starting points for harnesses: streams so far, states, setpoints.
+//! Arbitrary starting points for harnesses: histories of a stream, states of machines, and setpoints.
 
 use framelock::any_format::part;
 use framelock::lecture::{Lecture, State};
@@ -92,7 +92,7 @@ pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
 pub(crate) trait OfSetpoints:
     for<'a> Parser<Message<'a> = Setpoint> + Copy + PartialEq + 'static
 {
-    /// Bytes in its frames.
+    /// The number of bytes in each frame of the machine.
     const LENGTH: usize;
 }
 

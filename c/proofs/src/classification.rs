@@ -1,6 +1,6 @@
-//! Proves that C and Rust classify arbitrary bytes in the same way. The harnesses cover layouts of
-//! receivers with a buffer, each up to a stated number of bytes. They compare the reason, the length
-//! of a frame, and the number of bytes that the next decision needs. If silence ends the frames, they also compare the
+//! Proves that C and Rust classify arbitrary bytes in the same way. The harnesses cover layouts of receivers with a
+//! buffer, each up to the number of bytes in its entry of `for_formats!`. They compare the reason, the length of a
+//! frame, and the number of bytes that the next decision needs. If silence ends the frames, they also compare the
 //! classifications before a line event.
 
 use framelock::{Classification, DiscardReason, Format};
@@ -73,9 +73,9 @@ unsafe extern "C" {
     safe fn c_know(place: u8, number: u32, extra: u8);
 }
 
-/// Checks the classification of up to `MOST` bytes, after `seen` of them have been classified before. If `first` is
-/// stated, it is the first byte. If frames have a delimiter, assumes that the first `seen` bytes are incomplete.
-/// Without a delimiter, the classification does not depend on `seen`.
+/// Compares the classifications of up to `MOST` bytes, the first `seen` of which have been classified before. If
+/// `first` is not `None`, the bytes begin with this byte. If frames have a delimiter, assumes that the first `seen`
+/// bytes are incomplete. Without a delimiter, the classification does not depend on `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool, const IS_SILENT: bool>(
     format: &F,
     first: Option<u8>,

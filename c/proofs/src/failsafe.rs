@@ -2,7 +2,7 @@
 //! invariant, at any time. The output, the phase and the next state are the same.
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. `poll` multiplies the time by a speed. The solver cannot
-//! compare such multiplications in C and in Rust in reasonable time, if both numbers are large. So `way_is_same`
+//! compare such multiplications in C and in Rust in reasonable time, if both factors are large. So `way_is_same`
 //! compares the multiplication only for times below 16, and `move_is_same` replaces its result by any distance.
 
 use framelock::motion::{Demand, Failsafe, FailsafeParameters, Phase};

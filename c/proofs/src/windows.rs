@@ -1,6 +1,6 @@
-//! Proves that receivers of fixed-length frames do the same in C and in Rust. From any pair of related states, a byte
-//! and a line event each have the same results in both languages: the message, the counters and the pending bytes. The
-//! next states are related too.
+//! Proves that receivers of fixed-length frames do the same in C and in Rust. Two states are *related* if they have the
+//! same pending bytes and counters, and both or neither follow a loss. From any pair of related states, a byte and a
+//! line event each have the same results in both languages: the message, and related next states.
 //!
 //! For six axes, the proofs cover only up to 13 pending bytes. With more pending bytes, the receivers differ: if the
 //! first byte of the terminator is wrong, the Rust receiver rejects the frame immediately. The C receiver rejects the

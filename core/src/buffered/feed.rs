@@ -1,4 +1,4 @@
-//! Takes slices. Most frames lie whole in a slice, so the receiver decides about the slice's own bytes without a copy.
+//! Takes slices. Most frames lie whole in a slice, so the receiver classifies the slice's own bytes without a copy.
 //! It stores only bytes that wait for the next slice, and bytes that follow pending bytes.
 
 use super::{BufferedReceiver, classify};
@@ -10,7 +10,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// pending before the call, the function copies only the bytes that are pending after the call.
     ///
     /// The results do not depend on how a stream is cut into slices. If the call drops `d` bytes and delivers `f`
-    /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the bytes that
+    /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to classify the bytes that
     /// `push` has left undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
@@ -53,8 +53,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         bytes.get(back..).unwrap_or_default()
     }
 
-    /// Decides about the first bytes of a slice. No bytes may be pending. Returns the rest of the slice. If the slice
-    /// has too few bytes for a decision, stores the whole slice and returns `None`.
+    /// Delivers or drops the first bytes of a slice. No bytes may be pending. Returns the rest of the slice. If the
+    /// slice has too few bytes for a decision, stores the whole slice and returns `None`.
     #[inline]
     pub(super) fn take<'b>(
         &mut self,

@@ -10,8 +10,8 @@ use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent};
 
 impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes a line event, after which an incomplete frame cannot be continued. Delivers each frame that lies whole in
-    /// the pending bytes, unless an earlier delivered frame shares bytes with it, and drops the other bytes. After the
-    /// call nothing is pending. [`LineEvent`] explains the reasons of the dropped bytes.
+    /// the pending bytes, unless an earlier delivered frame shares bytes with it. Drops the other bytes. After the call
+    /// nothing is pending. [`LineEvent`] explains the reasons of the dropped bytes.
     ///
     /// For each pending byte, calls [`Format::classify_after`] and [`Format::classify_before`] at most once each. To
     /// spread this work over several calls, use [`line_event_step`](Self::line_event_step).
@@ -19,7 +19,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         while self.line_event_step(event, &mut found) {}
     }
 
-    /// Does one step of [`line_event`](Self::line_event): decides about the first of the pending bytes. Returns whether
+    /// Does one step of [`line_event`](Self::line_event): delivers or drops the first pending bytes. Returns whether
     /// bytes are still pending.
     ///
     /// After a line event, call this function until it returns false. Then it has delivered and dropped exactly what
@@ -83,8 +83,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.ask_at == 1
     }
 
-    /// Decides about the first pending byte, given that the event follows the pending bytes. At least one byte must be
-    /// pending, and the format must have found the pending bytes incomplete.
+    /// Delivers the frame that `classify_before` finds at the start of the pending bytes. If it finds none, drops the
+    /// first byte. At least one byte must be pending, and the format must have found the pending bytes incomplete.
     fn end_first(&mut self, event: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let pending = self.buffer.as_ref().get(self.from..self.to);
         let pending = pending.unwrap_or_default();

@@ -38,12 +38,12 @@
 //!
 //! **13b: any format, even one that breaks the laws.** Nothing panics. Every call ends. After each call fewer than
 //! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the part of the
-//! invariant that does not concern the format's answers ([`lawless`]). Each iteration of each loop decides about at
-//! least one byte, or stores at least one byte, or ends the loop.
+//! invariant that does not concern the format's answers ([`lawless`]). Each iteration of each loop delivers, drops or
+//! stores at least one byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
 //! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an
-//! empty slice, or a line event then decides about these bytes. Each of the three runs a loop that continues from any
+//! empty slice, or a line event then classifies these bytes. Each of the three runs a loop that continues from any
 //! state that fits (`poll` is `next` of an empty slice). The loops of `feed` and of a line event run the public steps
 //! `poll_step` and `line_event_step`. Each step asks the format each question at most once ([`line_events`]).
 //!

@@ -63,7 +63,7 @@ pub fn any_mismatch() -> DiscardReason {
 }
 
 /// Returns `items[from..to]`. Indexing with a range would add the code that formats the range for the panic message.
-/// This code would double the functions of a harness, and the time that Kani needs to prepare the harness.
+/// This code would double the number of functions in a harness, and the time that Kani needs to prepare the harness.
 ///
 /// # Panics
 /// Panics if the range is not within the items.

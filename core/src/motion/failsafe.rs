@@ -1,4 +1,4 @@
-//! The failsafe: bounds the speed of the actuators, and moves them safely when frames stop and when they come again.
+//! The failsafe: bounds the speed of the actuators, and moves the actuators safely when frames stop or come again.
 //!
 //! ```text
 //!    silence >= hold_after          silence >= ramp_after          every axis at park
@@ -101,7 +101,7 @@ pub struct FailsafeParameters<D, const AXES: usize> {
     pub hold_after: u32,
     /// The length of the silence after which the failsafe moves the output to park. It is at least `hold_after`.
     pub ramp_after: u32,
-    /// The number of frames in a row that end a silence, at least 2, so a single frame moves nothing. They are in a
+    /// The number of frames in a row that end a silence, at least 2, so a single frame moves nothing. Frames are in a
     /// row if no silence of `hold_after` is between them. Frames between the same two polls count as one.
     pub frames_to_start: u8,
     /// The shortest time of an approach, at least 1 tick. Late polls make the approach longer.
@@ -115,7 +115,7 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the usual parameters, for a clock with this many ticks in a second and polls this many ticks apart. The
+    /// Returns the usual parameters, for a clock with `ticks_per_second` and polls `poll_every` ticks apart. The
     /// failsafe holds after 0.1 s of silence, and moves the output to park after 0.5 s. Three frames start an approach,
     /// which takes at least a second. The whole travel takes 1 s in an approach, and 0.2 s when live. If polls are more
     /// than 25 ms apart, choose a longer `live_travel`.
@@ -162,7 +162,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     /// Returns the largest number of units by which two consecutive outputs of an axis differ, whatever happens.
     #[must_use]
     pub const fn most_per_poll(&self) -> u32 {
-        // For parameters that pass `check`, `fast` is the larger speed, but the prover cannot compare the divisions.
+        // For parameters that pass `check`, `fast` is at least `slow`, but the prover cannot compare the divisions.
         let [slow, fast] = [
             self.slow().units_per_poll::<D>(),
             self.fast().units_per_poll::<D>(),
@@ -478,14 +478,14 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     /// Returns how many frames came `hold_after` or more after the frame before. The first frame does not count.
     ///
     /// The number tells a slow sender from a silent line. If the phase is neither [`Live`](Phase::Live) nor
-    /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start. If the
-    /// number does not change, no frames arrive, or too few in a row. [`Pace`](super::Pace) makes this decision.
+    /// [`Approach`](Phase::Approach) and the number keeps growing, frames arrive, but too far apart to start an
+    /// approach. If the number does not change, no frames arrive, or too few in a row. See [`Pace`](super::Pace).
     #[must_use]
     pub fn slow_frames(&self) -> u32 {
         self.slow_frames
     }
 
-    /// Counts the time since the last poll, and the frame if one has come. Returns this time.
+    /// Counts the time since the last poll, and the frame if one has come. Returns the time, or 0 at a clock fault.
     fn pass(&mut self, now: u32) -> u32 {
         let parameters = &self.parameters;
         let mut elapsed = now.wrapping_sub(self.now);

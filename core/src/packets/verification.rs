@@ -13,8 +13,8 @@
 //! panics, and each byte is in exactly one outcome or pending. Proof by induction over the receiver's calls, with the
 //! invariant [`fits`]. `feed` and `next` only repeat the step of `push` ([`any_state`]).
 //!
-//! **14c: stuffing** can be undone. The receiver delivers each packet that [`Stuffing::stuff`] writes, and the stuffed
-//! packet contains no delimiter ([`round_trip`]).
+//! **14c: stuffing** can be undone. The receiver delivers each packet that [`Stuffing::stuff`] writes. No delimiter is
+//! between the first and the last byte of the stuffed packet ([`round_trip`]).
 //!
 //! **14d: DLE framing.** From any state, a receiver that takes a whole packet delivers this packet with its last byte.
 //! In the harnesses, every earlier packet that contains this packet is too long ([`from_any_state`]).

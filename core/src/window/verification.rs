@@ -10,9 +10,9 @@
 //!
 //! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,
 //! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
-//! byte. The harness shows that the window delivers exactly when the theorem says so, and that the window then holds
-//! the last bytes of the history with the new byte appended. The induction begins with `EMPTY`, the window of the empty
-//! history ([`commits`]).
+//! byte. The harness shows that the window delivers exactly if the last bytes are such a frame, and that the window
+//! otherwise holds the last bytes of the history with the new byte appended. The induction begins with `EMPTY`, the
+//! window of the empty history ([`commits`]).
 //!
 //! **Theorem 6: slices.** [`feed`](Window::feed) delivers the same frames and discards the same bytes as pushing the
 //! bytes one by one, and leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough,
@@ -321,8 +321,8 @@ where
 
 static BYTES: [u8; 4096] = [0; 4096];
 
-/// Returns a slice of any length up to 4096 bytes. All its bytes are 0. Because the shape is arbitrary, a frame may
-/// begin with any of these bytes or with none.
+/// Returns a slice of any length up to 4096 bytes. All its bytes are 0. With an arbitrary shape, a frame may begin with
+/// any of these bytes or with none.
 fn any_slice() -> &'static [u8] {
     let length = usize::from(kani::any::<u16>());
     kani::assume(length <= BYTES.len());

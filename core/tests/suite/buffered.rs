@@ -34,7 +34,7 @@ impl Format for Short {
     }
 }
 
-/// The receiver asks about one byte, about two bytes, and about the whole frame.
+/// The receiver asks the format about one byte, about two bytes, and about the whole frame.
 #[test]
 fn the_format_is_asked_only_when_it_has_enough_bytes() {
     #[derive(Clone, Copy)]
@@ -179,7 +179,7 @@ impl AsMut<[u8]> for Watched {
     }
 }
 
-/// Every byte is a false start that claims the longest frame, so 63 bytes are pending all the time.
+/// Every byte is a false start that claims the longest frame, so 63 bytes are pending after each push from the 63rd on.
 #[test]
 fn a_buffer_of_two_frames_is_copied_less_than_once_per_byte() {
     #[derive(Clone, Copy)]

@@ -1,5 +1,5 @@
-//! Compares the frames that a receiver delivered with the frames that arrived whole, and framelock's frames also with
-//! those of a naive reference.
+//! Compares the frames that a receiver delivered with the frames that arrived whole. framelock's frames are also
+//! compared with the frames of a naive reference.
 
 use std::collections::HashMap;
 

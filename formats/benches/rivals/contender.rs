@@ -28,8 +28,8 @@ pub(crate) struct Delivered {
 /// A naive reference: returns the positions of the frames in a stream.
 pub(crate) type Reference = Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>;
 
-/// A contender as a trait object, so that one list holds all contenders. Both functions take a stream, and the number
-/// of bytes in each piece of the stream that they pass to the contender.
+/// A contender behind boxed functions, so that one list holds all contenders. `deliver` and `time` take a stream and a
+/// number of bytes. They pass the stream to the contender in pieces of this number of bytes.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
     /// The programs of `on-chip` with this receiver. Each entry has the text to append to the protocol's feature, such

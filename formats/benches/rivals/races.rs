@@ -32,7 +32,7 @@ struct Contender {
     speeds: [f64; FAULTS.len() + 2],
 }
 
-/// Runs the receivers of each protocol that has rivals on all streams, and checks each answer.
+/// For each protocol that has rivals, runs all receivers on all streams, and confirms framelock's answers.
 pub(crate) fn all() -> Vec<Race> {
     let mut races = Vec::new();
     for protocol in &PROTOCOLS {

@@ -15,7 +15,7 @@ use content::check_content;
 pub struct Contradiction {
     /// The part that is wrong.
     pub part: Part,
-    /// The message, without the index of the fixed bits.
+    /// The message, without the index of [`Part::Fixed`]. `Display` writes the message and the index.
     pub message: &'static str,
 }
 

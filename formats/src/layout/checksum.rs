@@ -5,8 +5,8 @@
 pub struct Checksum<'a> {
     /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
-    /// The number of bytes in the frame that hold the checksum, 1 to 4. If the sum is longer, these bytes hold its
-    /// lowest bytes.
+    /// The number of bytes of the checksum, 1 to 4. If the sum is longer, only its lowest bytes are used. With
+    /// [`Encoding::Hex`], the checksum takes twice this number of bytes in the frame.
     pub bytes: usize,
     /// The encoding of the checksum in the frame.
     pub encoding: Encoding,
@@ -18,7 +18,7 @@ pub struct Checksum<'a> {
     pub to: i16,
     /// The first value of a sum or an XOR. A CRC has its own [`initial`](Crc::initial).
     pub initial: u32,
-    /// The number that the result of a sum or an XOR is XORed with. A CRC has its own [`xor_out`](Crc::xor_out).
+    /// The number that the result of any algorithm is XORed with. A CRC also has its own [`xor_out`](Crc::xor_out).
     pub xor_out: u32,
     /// Whether the covered bytes are pairs of hexadecimal digits, as in Modbus ASCII. Then the checksum is computed
     /// from the bytes that the digits stand for.

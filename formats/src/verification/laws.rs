@@ -240,7 +240,7 @@ fn lengths_behind_three_bytes() {
 /// Calls `keeps` with a layout that is arbitrary within these bounds: two alternative syncs of `SYNC` bytes each, two
 /// alternative terminators of `END` bytes each, and one entry in `other_terminators`, of `OTHER` bytes. If `OTHER` is 0,
 /// this entry is empty, and a byte may follow the terminator. The content is `RANGES` ranges of bytes; without a range,
-/// the content is any bytes. The position of the message's number determines where the header ends.
+/// the content is any bytes. The size of the message's number determines where the header ends.
 fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, const RANGES: usize>(
     keeps: impl Fn(&Layout),
 ) {
@@ -272,9 +272,9 @@ fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, cons
 }
 
 /// Defines a module of harnesses for layouts with delimiters. The three numbers of an entry are the parameters `SYNC`,
-/// `END` and `OTHER` of [`with_delimiters`]. No harness has other terminators without a range, because `check` rejects
-/// such layouts. The provers need less time for three harnesses than for one with arbitrary numbers of ranges and
-/// terminators.
+/// `END` and `OTHER` of [`with_delimiters`]. Only layouts with a range have other terminators, because `check` rejects
+/// other terminators without a range. The provers need less time for three harnesses than for one with arbitrary
+/// numbers of ranges and terminators.
 macro_rules! delimiters {
     ($($module:ident: $keeps:ident $sync:literal $end:literal $other:literal)*) => {$(
         mod $module {
@@ -307,8 +307,8 @@ delimiters! {
     seen_without_delimiters_of_two_bytes: what_was_seen_changes_nothing 1 2 1
 }
 
-/// Returns the length of the frame at the beginning of the bytes, as the layout finds it by its delimiter. The layout has
-/// two terminators of one byte each.
+/// Returns the length of the frame that a layout with a delimiter finds at the beginning of the bytes, or `None`. The
+/// layout has two terminators of one byte each.
 fn length_by_delimiter(
     bytes: [u8; 3],
     ends: [[u8; 1]; 2],
@@ -328,7 +328,7 @@ fn length_by_delimiter(
     frame.ok().map(<[u8]>::len)
 }
 
-/// A frame without a content ends after its first terminator.
+/// If the content is any bytes, a frame ends after its first terminator.
 #[kani::proof]
 #[kani::unwind(5)]
 fn where_a_frame_ends() {
@@ -345,7 +345,7 @@ fn where_a_frame_ends() {
     kani::cover!(expected == Some(3), "a frame");
 }
 
-/// A frame with a content ends after the terminator that follows the content.
+/// If the content is a range of bytes, a frame ends after the terminator that directly follows the content.
 #[kani::proof]
 #[kani::unwind(5)]
 fn where_a_frame_with_a_content_ends() {

@@ -1,5 +1,5 @@
-//! Checks that each format keeps the laws of [`Format`]. The streams are the format's shortest and longest frames,
-//! followed by other bytes. Each byte of a stream is changed to every other value.
+//! Checks that each format keeps the laws of [`Format`]. Each stream is a frame, followed by a copy of the
+//! frame's first three bytes. Each byte of a stream is changed to every other value.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format, LineEvent};

@@ -1,4 +1,5 @@
-//! Shows limits that no receiver of these frames can overcome: the examples of N4 and N5 in docs/protocol.md.
+//! Shows limits that no receiver of CRSF frames can overcome: examples of N4 and N5 in `docs/protocol.md`. Also checks
+//! how many bytes a call examines.
 
 use std::fs;
 

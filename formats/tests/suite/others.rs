@@ -195,7 +195,7 @@ fn rtcm_numbers_are_the_first_twelve_bits() {
     assert_eq!(numbers, [None, None, Some(1077), Some(1077)]);
 }
 
-/// SBUS2's last bytes are those of its telemetry slots.
+/// Only the last bytes 00, 04, 14, 24 and 34 are accepted, and only if the unused flags are zero.
 #[test]
 fn sbus_with_each_last_byte() {
     for (flags, last) in

@@ -47,7 +47,8 @@ fn sum(text: &[u8]) -> u8 {
 
 #[test]
 fn the_receiver_of_texts_is_right_after_one_pause() {
-    // The text contains `!`, which is the sum of the wrong frame, and then the beginning of the wrong frame.
+    // The text contains `AA 08`, which begins a wrong frame. This wrong frame ends with the `!` in the next copy of the
+    // text, because `!` equals the sum of the wrong text.
     let mut frame = b"\xAA\x08ab!\xAA\x08cdD".to_vec();
     frame.push(sum(&frame[2..]));
     let wrong = [&frame[7..], &frame[..4]].concat();

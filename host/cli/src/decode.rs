@@ -158,7 +158,7 @@ struct Decoder {
     start: Instant,
     /// The time of the last byte, in microseconds.
     time: i64,
-    /// Whether a pause after the last byte has not been reported to the receiver yet.
+    /// True from the arrival of bytes until the next line event or pause is reported to the receiver.
     is_hearing: bool,
     /// The file in which the bytes are recorded.
     recording: Option<Recording>,

@@ -232,7 +232,7 @@ impl FrameWriter {
                 value.append_json_to(row);
                 row.push(b',');
             }
-            // The last comma becomes a bracket. There is one, because no array is empty.
+            // A bracket replaces the last comma. No array is empty, so there is a comma.
             row.pop();
             row.push(b']');
         }

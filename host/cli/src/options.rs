@@ -53,7 +53,7 @@ pub(crate) fn setpoint(text: &str) -> Result<Setpoint> {
     })
 }
 
-/// Checks that no break begins the frames of this protocol. Neither files nor this program's ports have breaks.
+/// Checks that no break begins the frames of this protocol. Neither raw bytes nor this program's ports have breaks.
 pub(crate) fn check_has_no_breaks(protocol: &Protocol) -> Result<()> {
     ensure!(
         protocol.description.ending_event() != Some(LineEvent::Break),

@@ -86,7 +86,7 @@ fn failure(error: io::Error, name: &str) -> io::Error {
     io::Error::new(error.kind(), message)
 }
 
-/// Locks a state, even after a panic of another thread, for states that are always valid.
+/// Locks a state, even if another thread panicked while it held the lock. The state must be valid at all times.
 pub(crate) fn lock<T>(state: &Mutex<T>) -> MutexGuard<'_, T> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -113,7 +113,7 @@ fn json_lines(input: impl BufRead) -> impl Iterator<Item = io::Result<NumberedFi
     })
 }
 
-/// Reads rows of values that commas separate.
+/// Reads rows of comma-separated values.
 fn separated<'a>(
     input: impl Read + 'a,
     description: &'a Description,

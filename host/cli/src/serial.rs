@@ -62,7 +62,7 @@ fn baud(text: &str) -> Result<u32> {
 }
 
 impl PortOptions {
-    /// Checks that no option is given for `name`, which is not a port. Recordings have `--data-bits` too.
+    /// Checks that no option is given for `name`, which is not a port. `--data-bits` is allowed for recordings.
     pub(crate) fn check_none(&self, name: &str, is_recording: bool) -> Result<()> {
         let given = [
             ("--baud", self.baud.is_some()),

@@ -1,7 +1,7 @@
 """Compares the values that `framelock decode` shows for MAVLink's definitions with those that pymavlink packed.
 
 pymavlink's package has the definitions. Each message of two dialects is packed with random values, as MAVLink 2 and, if
-its number allows, as MAVLink 1. `cargo xtask verify --only tables` installs pymavlink and runs this.
+its number allows, as MAVLink 1. `cargo xtask verify --only tables` installs pymavlink and runs this script.
 """
 
 import importlib

@@ -1,6 +1,6 @@
 """Reads with pandas and polars every table that `framelock decode` writes, and compares it with the values.
 
-`cargo xtask verify --only tables` installs both and runs this.
+`cargo xtask verify --only tables` installs pandas and polars, and runs this script.
 """
 
 import csv

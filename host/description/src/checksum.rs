@@ -17,7 +17,7 @@ const SUMS: &[(&str, Algorithm)] = &[
     ("fletcher-8", Algorithm::Fletcher),
 ];
 
-/// The errors for names of sums in earlier versions: the keys to use instead.
+/// Errors for names that sums had in earlier versions. Each error gives the keys to use instead.
 const INVERTED: &str =
     "inverted-sum is now name = \"sum\" with xor = 0xFF, or xor = 0xFFFF for two bytes";
 const NEGATED: &str = "negated-sum is now name = \"sum\" with initial = 0xFF and xor = 0xFF, or both 0xFFFF for two bytes";

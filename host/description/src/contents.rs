@@ -193,7 +193,7 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Each arm calls this closure separately, so that the compiler knows the type in each call. This is faster than
+        // Each arm calls this closure separately, so that the compiler knows the type of the field. This is faster than
         // a single call before the match.
         let own = || self.own(bytes, number);
         match self.kind {
@@ -301,7 +301,7 @@ impl Field {
         }
     }
 
-    /// Returns the meaning of a number: its name, no value, or the scaled number.
+    /// Returns the meaning of a number: its name, [`Value::Missing`], or the scaled number.
     fn meaning(&self, number: Value<'static>) -> Value<'_> {
         self.known_meaning(number)
             .unwrap_or_else(|| self.scaled(number))

@@ -28,7 +28,7 @@ impl Description {
     /// the row's kind does not have.
     ///
     /// # Errors
-    /// The error names the value that is missing or impossible.
+    /// Returns an error if a value is missing or impossible, or if no frame has these values.
     pub fn encode(&self, values: &[Option<Json>]) -> Result<Vec<u8>, EncodeError> {
         let value = |name: &str| {
             let place = self.columns.iter().position(|column| column.name == name)?;

@@ -22,7 +22,7 @@ pub struct Field {
     pub kind: Type,
     /// The notation of the values.
     pub notation: Notation,
-    /// The number of digits after the point with which a decimal number in text is written; `None` if it is not given.
+    /// The number of decimals with which a decimal number in text is encoded; `None` if the description gives none.
     pub decimals: Option<u32>,
     /// The greatest number of values in an array. For bytes and text, the number of bytes. `None` means a single value,
     /// or for bytes and text the rest of the frame.
@@ -225,7 +225,7 @@ impl Field {
     }
 
     /// Returns the number of values that are in a frame of `length` bytes, and the range of bytes that they occupy.
-    /// Only an array may have fewer values than [`values`](Self::values).
+    /// If the frame is too short for the whole field, an array has fewer values, and any other field has none.
     #[must_use]
     pub fn present(&self, length: usize) -> (usize, Range<usize>) {
         let partial = || {
@@ -302,7 +302,7 @@ impl Field {
         }
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
-        // The bits that mean that there is no value. NaN has many bits.
+        // The bits that mean that there is no value; `None` for NaN, because many bit patterns are NaN.
         let is_nan = matches!(self.missing, Some(Value::Double(number)) if number.is_nan());
         let missing = self.missing.filter(|_| !is_nan && !self.is_bytes());
         let missing = missing.and_then(|_| self.to_bits(&serde_json::Value::Null).ok());

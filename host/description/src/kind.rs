@@ -73,7 +73,6 @@ impl Part<'_> {
 }
 
 impl fmt::Display for Part<'_> {
-    /// Writes the part's name: `sync` for example, or the column of a value.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Value(field, number) => f.write_str(&field.column(*number)),
@@ -83,7 +82,7 @@ impl fmt::Display for Part<'_> {
 }
 
 impl Kind {
-    /// Returns another part that has a bit of this field in a frame of `length` bytes. A sync or terminator with
+    /// Returns another part that shares a bit with this field in a frame of `length` bytes. A sync or terminator with
     /// several alternatives does not count, because a field may select one of them.
     pub(crate) fn overlapped(
         &self,
@@ -259,7 +258,7 @@ impl Kind {
     }
 
     /// Returns whether a frame has room for all of the view's fields; `None` if the frame does not have the view's
-    /// identifying bytes, or has room for no field. Zeros that the sender has left out count as present.
+    /// identifying bytes or text, or has room for no field. Zeros that the sender has left out count as present.
     #[inline]
     fn shows(&self, frame: &[u8]) -> Option<bool> {
         let (at, bytes) = &self.sign;

@@ -111,12 +111,12 @@ pub struct Description {
     layouts: Layouts,
 }
 
-/// A value's name in a table.
+/// A column of a table.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Column {
-    /// The value's own name.
+    /// The column's name. In an array, it is the array's name and the number of the value.
     pub name: String,
-    /// The name of the array that contains the value.
+    /// The name of the array that contains the value, if there is one.
     pub array: Option<String>,
     /// Whether the value is text or bytes in hex in some kind. Such a value may look like a number.
     pub is_text: bool,

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::value::Value;
 
-/// The notation of a value. The type of a field determines its default.
+/// The notation of a value. The type of a field determines the default notation.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Notation {
@@ -21,7 +21,7 @@ pub enum Notation {
     /// A floating-point number, as in IEEE 754.
     #[serde(skip)]
     Float,
-    /// Hex digits in text: two for each byte of a number type, or any number of digits if the field is a text.
+    /// Hex digits in text: two for each byte of a number type, or 1 to 16 digits if the field is a text.
     Hex,
     /// A decimal number in text.
     Decimal,
@@ -115,8 +115,8 @@ fn before_blanks(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// Reads a decimal number of up to eighteen digits. Returns its digits as a whole number with the sign, ten to the power
-/// of its decimals, and the number of its decimals.
+/// Reads a decimal number of up to eighteen digits. Returns three numbers: its digits as a whole number with the sign,
+/// ten to the power of its decimals, and the number of its decimals.
 fn decimal(text: &[u8]) -> Option<(i128, i128, u32)> {
     let (sign, digits) = after_sign(text);
     let (mut number, mut count, mut point) = (0_i64, 0, None);

@@ -91,7 +91,7 @@ pub enum Mistake {
     /// A text is not bytes in hex.
     #[error(transparent)]
     Hex(#[from] HexError),
-    /// A name is unknown, for example of a type or a checksum.
+    /// The name of a type or a checksum, for example, is unknown.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
     /// A file of `any_of` has a mistake.
@@ -108,7 +108,7 @@ pub enum Mistake {
         /// The greatest number.
         most: usize,
     },
-    /// A field has bits of another part.
+    /// A field shares bits with another part.
     #[error("{field} overlaps the {part}")]
     Overlap {
         /// The field's name.

@@ -146,7 +146,7 @@ impl Field {
     }
 
     /// Returns the digits of the decimal number before scaling that is nearest to a value, and the number of decimals.
-    /// If the description does not give a number of decimals, it is the number that the value needs, at most 9.
+    /// If the description does not give a number of decimals, uses the number that the value needs, at most 9.
     fn decimal(&self, value: &Json) -> Result<(i128, u32), Misfit> {
         let one = Decimal {
             digits: 1,

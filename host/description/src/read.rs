@@ -311,8 +311,8 @@ fn front(at: &Spanned<i16>) -> Result<usize, Located> {
     usize::try_from(*at.get_ref()).map_err(|_| Located::new(at.span(), rule))
 }
 
-/// Returns the greater of two numbers: `bytes`, and the number of bytes from `at` to the end of the frame. A position
-/// that is counted from the front has the number 0.
+/// Returns the greater of two numbers: `bytes`, and the number of bytes from `at` to the end of the frame. For
+/// a position that is counted from the front, the second number is 0.
 fn bytes_from_end(bytes: usize, at: i16) -> usize {
     bytes.max(at.min(0).unsigned_abs().into())
 }

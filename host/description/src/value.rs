@@ -25,7 +25,7 @@ pub enum Value<'a> {
     Bytes(&'a [u8]),
     /// Text.
     Text(&'a [u8]),
-    /// No value: the field has the number that means this, or its bytes are not a number.
+    /// No value: the field has the number that means "no value", or its bytes are not a number.
     Missing,
 }
 

@@ -75,7 +75,7 @@ fn messages(known: &[KnownMessage], layout: &Layout) -> Value {
         Length::Field(field) => longest.clone().any(|longest| longest < greatest(&field)),
         _ => false,
     };
-    // No byte is 256.
+    // 256 means that there is no extra byte.
     let extra = known.iter().map(|it| it.extra.map_or(0x100, u16::from));
     let has_extra = layout.checksum.is_some() && extra.clone().any(|extra| extra < 0x100);
     context! {
@@ -121,7 +121,7 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
         9..=16 => 16,
         _ => 32,
     };
-    // Converts a register to the register of the C code. In the argument, bit 31 is processed first.
+    // Converts a register whose highest bits hold the CRC to the register of the C code.
     let placed = |register: u32| {
         if crc.reflected_in {
             register.reverse_bits()
@@ -172,7 +172,7 @@ pub(crate) fn rows(numbers: Vec<u64>) -> String {
     rows.collect::<Vec<_>>().join(",\n    ")
 }
 
-/// Returns two arguments in C: bytes as a literal, and their number.
+/// Returns two arguments for a C function: a string literal of these bytes, and their number.
 #[expect(clippy::needless_pass_by_value, reason = "a filter")]
 pub(crate) fn text(bytes: Vec<u8>) -> String {
     let escaped = bytes.iter().map(|byte| match byte {

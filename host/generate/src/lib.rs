@@ -54,7 +54,7 @@ struct Program {
     command: String,
     /// The version of framelock.
     version: &'static str,
-    /// The number of bytes in the longest frame.
+    /// The number of bytes in the longest frame, plus 1 if silence or a delimiter ends it.
     longest: usize,
     /// The stuffing, if the frames are packets.
     packets: Value,
@@ -75,7 +75,7 @@ struct KindItem {
     layout: Value,
     /// Values that only the template of C headers needs.
     in_c: Value,
-    /// The fields whose values differ between frames.
+    /// The fields that the program reads and writes.
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
     borrows: bool,
@@ -83,7 +83,7 @@ struct KindItem {
     start: usize,
     /// A divisor and a remainder. The length of every frame is a multiple of the divisor, plus the remainder.
     multiple: Option<(usize, usize)>,
-    /// The zero bytes that the sender leaves out; `None` if it leaves out none.
+    /// The zero bytes that a sender may leave out; `None` if there are none.
     zeros: Option<Zeros>,
     /// The patterns of the text.
     texts: Vec<Value>,
@@ -97,7 +97,7 @@ struct KindItem {
     may_encode: bool,
 }
 
-/// The zero bytes at the end of the payload, which a sender may leave out.
+/// The zero bytes at the end of the payload that a sender may leave out.
 #[derive(Serialize)]
 struct Zeros {
     /// The index of the first byte that may be left out.
@@ -142,7 +142,7 @@ struct Item {
     values: Option<String>,
     /// Whether the field is a value in the text of the frame.
     in_text: bool,
-    /// The notation of the value, as the description names it.
+    /// The name of the value's variant of [`Notation`].
     notation: String,
     /// The number of decimals of a number in decimal notation.
     decimals: u32,

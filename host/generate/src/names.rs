@@ -1,11 +1,11 @@
-//! The names that the target languages allow.
+//! Converts names to names that the target languages allow.
 
 use std::collections::HashSet;
 
 /// The rules of a target language for names.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
-    /// Names, other than keywords, that no kind can have, because every generated program uses them.
+    /// Names, other than keywords, that no kind can have, because generated programs use these names.
     own: &'static [&'static str],
     /// Converts the name of a kind to a name that is valid in this language.
     pub(crate) kind: fn(&str) -> String,

@@ -4,7 +4,7 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::c;
 
-/// Two templates: that of a program, which begins with its macros, and that of the helper functions that the program
+/// The template of a program, which begins with its macros, and the template of the helper functions that the program
 /// may call.
 pub(crate) type Template = (&'static str, &'static str);
 

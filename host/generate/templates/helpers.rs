@@ -59,7 +59,7 @@ fn put(frame: &mut [u8], at: usize, bytes: &[u8]) {
     }
 }
 
-/// Converts a number of `width` bits, the highest of which is the sign.
+/// Converts `width` bits to a number: the highest bit is the sign, and the others are the magnitude.
 fn magnitude(number: u64, width: usize) -> i64 {
     let sign = 1 << (width - 1);
     (number & !sign) as i64 * if number & sign == 0 { 1 } else { -1 }
@@ -70,7 +70,7 @@ fn with_sign(number: i64, width: usize) -> u64 {
     u64::from(number < 0) << (width - 1) | number.unsigned_abs()
 }
 
-/// Reads a number whose decimal digits have four bits each, the highest first.
+/// Reads a number in binary-coded decimal, with four bits for each digit.
 fn bcd(digits: u64) -> Option<u64> {
     (0..16).rev().try_fold(0_u64, |number, place| {
         let digit = digits >> (4 * place) & 0xF;
@@ -130,7 +130,7 @@ fn blanks(text: &[u8]) -> &[u8] {
     text.get(count..).unwrap_or_default()
 }
 
-/// Returns the text after a literal, with which it begins. A blank in the literal stands for one or more blanks.
+/// If the text begins with a literal, returns the text after it. A blank in the literal stands for one or more blanks.
 fn after<'a>(text: &'a [u8], literal: &[u8]) -> Option<&'a [u8]> {
     literal.iter().try_fold(text, |text, byte| {
         let (first, rest) = text.split_first().filter(|(first, _)| *first == byte)?;
@@ -189,7 +189,7 @@ fn hex(text: &[u8]) -> Option<u32> {
     })
 }
 
-/// Writes bytes at index `*at`, as far as there is room, and moves `*at` past them.
+/// Writes bytes at index `*at`, as far as there is room. Moves `*at` past all of them, even those without room.
 fn add(into: &mut [u8], at: &mut usize, bytes: &[u8]) {
     for (to, byte) in into.iter_mut().skip(*at).zip(bytes) {
         *to = *byte;

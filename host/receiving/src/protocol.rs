@@ -91,7 +91,8 @@ impl Protocol {
         })
     }
 
-    /// Returns the number of bytes in the longest frame.
+    /// Returns the number of bytes that a receiver must be able to hold: the number of bytes in the longest frame, plus
+    /// 1 if only silence or a delimiter ends this frame.
     #[must_use]
     pub fn longest(&self) -> usize {
         self.description.format().longest()
@@ -123,7 +124,6 @@ impl Protocol {
 }
 
 impl fmt::Display for Protocol {
-    /// Writes the name.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.name)
     }

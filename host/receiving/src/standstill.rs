@@ -2,8 +2,9 @@
 
 use framelock::motion::{Pace, Phase};
 
-/// Distinguishes a silent sender from a sender whose frames are too far apart for the failsafe. It compares the counts
-/// of frames at the ends of periods. A period is one second, or twice the failsafe's `hold_after` if that is longer.
+/// Distinguishes a silent sender from a sender whose frames are too far apart for the failsafe. Compares the counts of
+/// frames and of slow frames at the ends of periods. A period is one second, or twice the failsafe's `hold_after` if
+/// that is longer.
 #[derive(Clone, Debug)]
 pub struct Standstill {
     period: u32,
@@ -12,7 +13,7 @@ pub struct Standstill {
     /// The beginning of the current period.
     since: u32,
     frames: u64,
-    /// The count at the beginning of the current period.
+    /// The count of frames at the beginning of the current period.
     frames_before: u64,
     /// Whether the last complete period had frames.
     had_frames: bool,
@@ -147,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_long_hold_time_needs_long_periods() {
-        // The failsafe allows 3 s between frames, which come 4 s apart.
+        // The failsafe allows 3 s between frames. The frames come 4 s apart, or not at all.
         for (apart, reason) in [
             (4_000, "frames arrive too far apart (fewer than 1 a second)"),
             (0, "no frames"),

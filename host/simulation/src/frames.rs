@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::motion::{Axis, Motion, Shape};
 
-/// The contents of the four bytes between sync and terminator: reserved, pitch, roll, yaw.
+/// The contents of the four bytes after the sync: reserved, pitch, roll, yaw.
 ///
 /// The text form is `motion`, `random`, `00414200` or `ambiguous`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -15,15 +15,15 @@ use crate::uart::{BIT, BITS_PER_BYTE, Uart};
 /// The line, with the noise on it and the receiving UART at its end.
 ///
 /// Positions on the line are counted in the sender's bits, including idle ones. Times are counted
-/// in steps of the receiver's clock.
+/// in steps. A tick of the receiver's clock has 2^16 steps.
 #[derive(Debug)]
 pub(crate) struct NoisyLine {
     pub(crate) uart: Uart,
     noise: Noise,
     /// The length of one of the sender's bits, in time steps.
     bit: u64,
-    /// The time at which the sender's bit 0 begins. The caller may choose any time, because the two
-    /// clocks are independent.
+    /// The time at which the sender's bit 0 begins. It may lie anywhere in a tick of the receiver,
+    /// because the two clocks are independent.
     phase: u64,
     /// Bits sent, including idle ones.
     pub(crate) sent: u64,
@@ -142,8 +142,8 @@ impl Noise {
     }
 }
 
-/// Checks that `rate` frames of `bytes` bytes per second fit on a line with this baud rate. The error states the highest
-/// rate that fits, rounded down to a multiple of 1 / `steps`.
+/// Checks that a line with this baud rate can carry `rate` frames per second, each of `bytes` bytes. The error states
+/// the highest possible rate, rounded down to a multiple of 1 / `steps`.
 ///
 /// # Errors
 /// Returns an error if the frames do not fit.

@@ -29,8 +29,9 @@ pub struct ReceiverTally {
 }
 
 impl ReceiverTally {
-    /// Returns a tally without counts for each receiver of these frames. For BIN these are the lecture's machine and
-    /// then framelock's receiver. Each receiver comes twice: first without an idle-gap rule, then with such a rule.
+    /// Returns a tally with all counts at 0 for each receiver of these frames. The receivers of BIN are the lecture's
+    /// machine and framelock's receiver. Each receiver comes twice: first without an idle-gap rule, then with such a
+    /// rule.
     pub(crate) fn none(protocol: &Protocol) -> Vec<Self> {
         let policies = [Policy::Lecture, Policy::Framelock].into_iter();
         let policies = policies.filter(|&policy| AnyLine::new(protocol, policy).is_ok());
@@ -50,8 +51,8 @@ pub(crate) struct Station {
     protocol: Protocol,
     receiver: AnyLine,
     /// The longest time between the ends of two consecutive bytes that does not count as a gap.
-    /// `idle_from` is the time after which the next byte ends a gap.
     idle_limit: u64,
+    /// If the next byte ends after this time, a gap precedes it.
     idle_from: u64,
     /// The bit at which the last delivered frame began.
     delivered: Option<u64>,

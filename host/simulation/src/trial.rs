@@ -41,10 +41,10 @@ pub struct Tally {
     pub receivers: Vec<ReceiverTally>,
 }
 
-/// Runs all trials of a sender of these frames.
+/// Runs all trials. The sender sends frames of this protocol.
 ///
 /// # Errors
-/// Returns an error if the parameters contradict each other, or the frames have no setpoints.
+/// Returns an error if the frames have no setpoints, or if the line cannot carry this number of frames per second.
 pub fn run_all(protocol: &Protocol, parameters: &Parameters) -> Result<Tally> {
     ensure!(
         protocol.has_setpoints(),

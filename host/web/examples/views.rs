@@ -1,5 +1,5 @@
-//! For each position of a simulated line, prints what `Run::view` returns without cells. The tests in a browser compare
-//! the page with these views: `views ADDRESS`.
+//! `views ADDRESS` prints the view of each position of a simulated line, as `Run::view` returns it, without cells. The
+//! tests in a browser compare the page with these views.
 
 use framelock_web::Run;
 

@@ -123,7 +123,7 @@ fn sent(frames: &[Vec<u8>], protocol: &Protocol) -> Result<Vec<Cell>, LineError>
             }
         }
     }
-    // The line ends after the last byte.
+    // The line is idle after the last byte.
     receiver.line_event(LineEvent::Idle, on_outcome);
     let mut now = 0;
     for cell in &mut cells {

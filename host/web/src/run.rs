@@ -73,7 +73,7 @@ impl Run {
         self.scenario.at
     }
 
-    /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
+    /// Returns the address after setting the keys in `pairs`, for example `at=12&idle=on`.
     ///
     /// # Errors
     /// Returns an error if there is no such key, or the key cannot have that value.

@@ -31,7 +31,7 @@ fn view(run: &Run, position: usize, places: Range<usize>) -> Value {
     serde_json::from_str(&run.view(position, places.start, places.end)).unwrap()
 }
 
-/// Returns one value of the view of a position. The pointer is `/machines/0/status` for example, as in RFC 6901.
+/// Returns one value of the view of a position. `pointer` is a JSON pointer (RFC 6901), such as `/machines/0/status`.
 fn see(run: &Run, position: usize, pointer: &str) -> Value {
     let has_cells = pointer.starts_with("/cells");
     let mut view = view(run, position, 0..if has_cells { run.bytes() } else { 0 });
@@ -134,7 +134,7 @@ fn each_preset_shows_what_it_says() {
     }
 }
 
-/// The last bytes are pending: they are in the machine's window, and marked on the line.
+/// The pending bytes are the last received ones. The machine's window shows them, and the line marks them.
 #[test]
 fn the_counters_and_pending_bytes_are_those_of_the_machines_at_every_position_of_every_preset() {
     for address in addresses() {
@@ -174,7 +174,7 @@ fn the_lectures_machine_is_shown_at_every_position() {
     }
 }
 
-/// The idle-gap rule resolves the ambiguity and ends deafness.
+/// The idle-gap rule ends the deafness in the first preset, and the ambiguity in the fourth.
 #[test]
 fn a_pause_between_frames_brings_both_machines_back() {
     for number in [0, 3] {

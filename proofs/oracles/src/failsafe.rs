@@ -61,10 +61,10 @@ const ERRORS: [(&str, FailsafeError); 8] = [
 ];
 
 impl<'a> Arbitrary<'a> for Schedule {
-    /// The first byte contains a bit for each of six times, in the order of the parameters. If the bit is set, the time
-    /// has four bytes, otherwise one byte. The seventh bit has no meaning. If the last bit is clear, the times and the
-    /// number of frames are raised, so that the parameters rarely contradict each other. After the times come the
-    /// number of frames, park, the clock and the steps.
+    /// The first byte contains a bit for each of six times, in the order of the parameters, except that `live_travel`
+    /// precedes `approach_travel`. If the bit is set, the time has four bytes, otherwise one. The seventh bit has no
+    /// meaning. If the last bit is clear, the times and the number of frames are raised, so that the parameters rarely
+    /// contradict each other. After the times come the number of frames, park, the clock's first value and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let flags = u8::arbitrary(u)?;
         let has = |bit: u32| flags >> bit & 1 == 1;
@@ -128,8 +128,9 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also
 /// checks the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no
-/// axis moves in a hold or while parked, and an approach and the way to park end within the stated times. Uses three
-/// axes of eight bits, and also six axes of sixteen bits, which get each of a frame's three demands twice.
+/// axis moves in a hold or while parked, an approach ends within `live_after`, and the way to park within
+/// `parked_after`. Uses three axes of eight bits, and also six axes of sixteen bits, which get each of a frame's three
+/// demands twice.
 ///
 /// Counts the errors, the phases, the counters and some special cases.
 ///
@@ -202,7 +203,8 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     let (mut faults, mut late) = (0, 0);
     // The ticks since the last approach began, and whether a poll was late since then.
     let (mut approached, mut is_late) = (0, false);
-    // The frames since the last poll, their demands, and the ticks since the last poll that took a frame.
+    // The number of frames since the last poll, the last frame's demands, and the ticks since the last poll that took a
+    // frame.
     let (mut waiting, mut demanded, mut silence) = (0_u8, model.parameters.park, 0);
     let mut cases = [false; CASES.len()];
     let mut last = failsafe.poll(clock);
@@ -293,8 +295,8 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     occurred.count("slow frame", model.slow_frames);
 }
 
-/// Checks that every axis is at park in the stated time if no frames come, whatever the outputs were. Checks nothing if
-/// this would take 2000 polls or more.
+/// Checks that every axis is at park within `parked_after` if no frames come, wherever the axes are now. Checks nothing
+/// if this would take 2000 polls or more.
 fn parks_in_time<D: Demand, const AXES: usize>(
     mut failsafe: Failsafe<D, AXES>,
     mut clock: u32,
@@ -318,10 +320,11 @@ fn parks_in_time<D: Demand, const AXES: usize>(
     );
 }
 
-/// A model of the protocol's rules. The model's time does not wrap.
+/// A model of the failsafe, written from the protocol's clauses. The model's time does not wrap.
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
-    /// The difference between the positions of two consecutive demands. A position counts 2^-32 of the demands' range.
+    /// The difference between the positions of two adjacent demands, such as 7 and 8. The demands' whole range has 2^32
+    /// positions.
     unit: u64,
     now: u64,
     /// The times of the polls that took frames, since the last silence.

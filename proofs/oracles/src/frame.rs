@@ -19,8 +19,8 @@ use crate::layout::{interpret_before, place};
 /// If no frame has this content, returns bytes that are almost a frame.
 ///
 /// # Panics
-/// Panics if the layout's `seal` and the [interpreter](interpret) disagree about whether the sealed bytes are a frame,
-/// or if `seal` changes bits that the layout does not determine.
+/// Panics if the layout's `seal` and the [interpreter](crate::interpret) disagree about whether the sealed bytes are a
+/// frame, or if `seal` changes bits that the layout does not determine.
 pub fn frame(
     layout: &CheckedLayout,
     content: &[u8],

@@ -134,7 +134,7 @@ where
             let StreamStep::Slice(slice) = step else {
                 continue;
             };
-            // `fed` has decided about all bytes that can be decided, but `line` perhaps not.
+            // `fed` has decided all bytes that can be decided. `line` may have left some of these bytes undecided.
             let states = [fed.pending() > 0, line.pending() > fed.pending()];
             let way = take(&mut line, slice);
             for (state, is_reached) in states.into_iter().enumerate() {
@@ -153,7 +153,7 @@ where
         let ends = ends(&expected);
         let (mut frames, late) = push(&mut pushed, &bytes, &ends, &questions);
         reached[6] += late;
-        // Poll only if no line event follows. A line event may come while `push` has left bytes undecided.
+        // Do not poll before a line event, so that some line events come while bytes are undecided.
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
             frames.extend(polled(&mut pushed));
             assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
@@ -219,7 +219,7 @@ where
 }
 
 /// The states of the receiver when slices and line events reach it, and frames that come late. Undecided bytes are
-/// pending bytes about which a `poll` would decide.
+/// pending bytes that a `poll` would deliver or discard.
 const STATES: [&str; 10] = [
     "pushed while bytes are pending",
     "pushed while bytes are undecided",

@@ -22,7 +22,7 @@ pub enum Purpose {
     Once = 7,
     /// The bytes in which a bit is inverted.
     ByteFlips = 8,
-    /// The bit that is inverted in each of these bytes.
+    /// The bit that is inverted in each byte of [`ByteFlips`](Self::ByteFlips).
     FaultValues = 10,
 }
 
@@ -36,9 +36,8 @@ pub struct Seed {
 }
 
 impl Seed {
-    /// Returns the generator for this purpose. In each trial, the purposes below 8 have eight
-    /// consecutive stream numbers. The other purposes have consecutive stream numbers in the upper
-    /// half of all stream numbers.
+    /// Returns the generator for this purpose. Each trial and purpose has its own stream number. The
+    /// stream numbers of purposes from 8 on have the highest bit set.
     #[must_use]
     pub fn random(self, purpose: Purpose) -> ChaCha8Rng {
         let purpose = purpose as u64;

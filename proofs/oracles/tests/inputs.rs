@@ -1,5 +1,5 @@
-//! Runs every target on the committed corpora and on random bytes, on stable Rust. So these tests notice a bug that
-//! comes back, if the corpora contain its input.
+//! Runs every target except `description` on the committed corpora and on random bytes, on stable Rust. So these tests
+//! notice a bug that comes back, if the corpora contain its input.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};

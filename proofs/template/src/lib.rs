@@ -1,4 +1,4 @@
-//! A frame of your own: `AA`, the payload's length, the payload, and the sum of all bytes before it.
+//! A frame of your own: `AA`, the payload's length, the payload, and the sum of all preceding bytes.
 //!
 //! Change the layout, the message, `decode` and `encode` to those of your frame. `proofs.rs` has the theorems.
 #![no_std]

@@ -1,5 +1,5 @@
-//! Theorems about the format, each for all inputs. `cargo kani` or the offline prover checks them. Together with the
-//! theorems about `BufferedReceiver`, which hold for every format that keeps the laws, they say what the receiver does.
+//! Theorems about the format, each for all inputs. `cargo kani` or the offline prover checks them. The theorems about
+//! `BufferedReceiver` hold for every format that keeps the laws, so `laws` shows that they hold for this format, too.
 
 use framelock::{Classification, Format};
 

@@ -19,7 +19,7 @@ pub struct Assumptions {
     /// Cycles from the ENDRX of a full transfer until a second ENDRX for the same transfer; `None` if there is no
     /// second one. The second ENDRX does not come if the firmware reads ERRORSRC or starts another transfer first.
     pub doubled_end: Option<u64>,
-    /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
+    /// Cycles from STARTRX to RXSTARTED. No byte goes to RAM before RXSTARTED.
     pub start_lag: u64,
     /// Number of bytes that the FIFO holds. Zephyr's driver assumes five; the specification does not say.
     pub fifo: usize,

@@ -23,7 +23,7 @@ use crate::{Error, Result};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
-/// The last halfword of flash, where no code lies, and the instruction `b .` to write there.
+/// The address of flash's last halfword, and the instruction `b .`, which [`Board::stick_main_loop`] writes there.
 const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
 /// The program counter during lockup: Armv7-M Architecture Reference Manual, "Lockup".
 const LOCKED_UP: u32 = 0xFFFF_FFFE;
@@ -31,7 +31,7 @@ const LOCKED_UP: u32 = 0xFFFF_FFFE;
 /// does not check after every step.
 const RESET_WITHIN: u32 = 32;
 /// The fewest cycles that a tail chain takes. A tail chain leads from one handler directly into the next. A branch
-/// takes fewer cycles, so the cycles of a step tell whether it was a tail chain or a branch.
+/// takes fewer cycles, so the cycles of a step distinguish a tail chain from a branch.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -83,7 +83,7 @@ impl Board {
     /// Creates a board at power-on, before its first instruction.
     ///
     /// # Errors
-    /// Returns an error if the image does not fit into the flash.
+    /// Returns an error if a segment of the image is neither in flash nor in RAM.
     pub fn new(image: Image) -> Result<Self> {
         let memory = Memory::new();
         image.load(&memory)?;
@@ -137,10 +137,10 @@ impl Board {
     }
 
     /// Runs for `cycles`, and then to the end of the current instruction, which takes at most a few cycles more. If a
-    /// [`Board::hold_off`] has begun, runs to its end.
+    /// [`Board::hold_off`] begins during this time, runs at least to the end of the hold-off.
     ///
     /// # Errors
-    /// Returns an error if the firmware faults, or does something that is not modelled: see [`Error`].
+    /// Returns an error if the firmware faults, locks up, or does something that is not modelled.
     pub fn run_for(&mut self, cycles: u64) -> Result<()> {
         self.run_until(self.now + cycles)
     }
@@ -153,8 +153,8 @@ impl Board {
         self.run(at, |_| false).map(|_| ())
     }
 
-    /// Runs until `stop` returns true, but at most until the instant `until`. Calls `stop` after every instruction and
-    /// every exception entry. Returns whether `stop` has returned true.
+    /// Runs until `stop` returns true, but at most until the instant `until`. Calls `stop` after every instruction,
+    /// exception entry and sleep. Returns whether `stop` has returned true.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`].
@@ -209,7 +209,7 @@ impl Board {
     }
 
     /// Accounts for a step that took these cycles: counts an instruction, adds the cycles to the running handler, and
-    /// records a handler that has returned. `before` and `after` are the active exceptions; 0 means none.
+    /// records a handler that has returned. The exceptions `before` and `after` the step are 0 if none is active.
     fn account(&mut self, before: u16, after: u16, entered_again: bool, cycles: u64) {
         let returned = entered_again || before != after && before != 0 && !self.is_active(before);
         let is_active = self.handlers.iter().any(|open| open.exception == after);
@@ -310,7 +310,7 @@ impl Board {
         Ok(())
     }
 
-    /// Returns an error with the program counter and the name of its function.
+    /// Returns an error with the program counter and the name of the function at this address.
     fn stopped(&self, what: &str, pc: u32) -> Error {
         let function = self.image.function_at(pc);
         let function = function.map_or("unknown function", |function| &function.name);

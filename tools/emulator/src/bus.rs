@@ -16,7 +16,8 @@ pub(crate) struct Shared {
     chip: Mutex<Chip>,
     /// The instant at which the current instruction began.
     pub(crate) now: AtomicU64,
-    /// Whether the core has written a register, or an access was rejected, since the board's last check.
+    /// True if the board must check the chip, because since its last check a register was written, an access was
+    /// rejected, or a test changed the board.
     pub(crate) touched: AtomicBool,
 }
 
@@ -105,7 +106,7 @@ impl Window {
 
 impl MemOps for Window {
     fn read(&self, offset: u64, into: &mut [u8], attributes: MemAttrs) -> MemResult {
-        // Registers are no code.
+        // Reject fetches, because registers contain no code.
         let length = if attributes.is_fetch() { 0 } else { into.len() };
         let value = self.access(offset, length, Chip::read)?;
         into.copy_from_slice(&value.to_le_bytes());

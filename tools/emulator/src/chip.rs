@@ -139,7 +139,7 @@ impl Chip {
         self.check(done, "task of", address);
     }
 
-    /// Triggers the tasks that follow from the raised events by PPI, until no event is left.
+    /// Triggers the tasks that PPI connects to the raised events, until no raised event is left.
     fn follow(&mut self) {
         while let Some(event) = self.context.raised.pop_front() {
             for task in tasks(self.common(PPI), event) {

@@ -58,7 +58,7 @@ impl Peripheral for Clock {
         match offset {
             HFCLKSTART => *crystal = context.crystal_startup.map(|time| context.now + time),
             LFCLKSTART => *low_frequency = Some(context.now + LFRC_STARTUP),
-            // In the model, the core always wakes without delay.
+            // This task has no effect, because the core of the model always wakes without delay.
             CONSTLAT => {}
             _ => return None,
         }

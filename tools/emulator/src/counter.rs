@@ -32,7 +32,7 @@ const BITS_32: u32 = 3;
 const CC: u32 = 0x540;
 const COMPARES: [u32; 4] = [0x140, 0x144, 0x148, 0x14C];
 
-/// A wrapping counter that counts at a fixed rate while it runs.
+/// A wrapping counter, which counts at a fixed rate or counts triggers of the COUNT task.
 #[derive(Debug)]
 pub(crate) struct Counter {
     common: Common,
@@ -189,7 +189,7 @@ impl Peripheral for Counter {
         Some(self.since + (elapsed * cycles).div_ceil(counts))
     }
 
-    /// Raises the events of the count at `now`.
+    /// Raises the events of the current count, and performs their shorts.
     fn advance(&mut self, context: &mut Context) {
         self.seen = context.now;
         let count = self.at(context.now);

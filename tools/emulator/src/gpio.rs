@@ -32,7 +32,7 @@ impl Gpio {
         Self(Common::new("GPIO", 0x5000_0000, &[], registers))
     }
 
-    /// Returns those pins of a port for whose configuration `are` returns true.
+    /// Returns a mask of the port's pins for whose configuration `are` returns true.
     fn pins(&self, port: u32, are: fn(u32) -> bool) -> u32 {
         let pins = (0..32).filter(|pin| are(self.0[configuration(port, *pin)]));
         pins.fold(0, |pins, pin| pins | 1 << pin)

@@ -31,7 +31,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// Reads an ELF for a 32-bit little-endian machine.
+    /// Reads an ELF for a 32-bit machine.
     ///
     /// # Errors
     /// Returns an error if the bytes are not such an ELF.
@@ -116,7 +116,7 @@ impl Image {
         functions.find(|symbol| (symbol.address..symbol.address + symbol.size).contains(&address))
     }
 
-    /// Writes the image to flash.
+    /// Writes the segments to memory, each at its address.
     pub(crate) fn load(&self, memory: &Memory) -> Result<()> {
         for (address, bytes) in &self.segments {
             let outside = || Error(format!("a segment at {address:#010x} is outside flash"));

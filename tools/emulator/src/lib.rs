@@ -41,16 +41,16 @@
 //! section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
 //! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
-//! program counter. Such a register never silently reads as zero. This applies to the peripherals' address range only.
-//! `rsemu` models the core's own registers (`0xE000_0000`). A core register that `rsemu` does not model reads as zero.
+//! program counter. This rule applies only to the peripherals' address range. `rsemu` models the core's own registers
+//! (`0xE000_0000`). A core register that `rsemu` does not model reads as zero.
 //! An interrupt in an IT block waits until the block ends, at most four instructions, because `rsemu` would otherwise
 //! forget the block's condition.
 //!
 //! # Time
 //!
-//! Time is counted in cycles of the 64 MHz core clock since power-on, and each run takes exactly the same cycles. While
-//! the core sleeps, the emulator skips to the next event. A register is accessed at the beginning of the instruction
-//! that accesses it.
+//! Time is counted in cycles of the 64 MHz core clock since power-on. A repeated run takes exactly the same cycles.
+//! While the core sleeps, the emulator skips to the next event. A register is accessed at the beginning of the
+//! instruction that accesses it.
 //!
 //! **Cycle counts are those of the model, not of silicon.** Every instruction takes one cycle, plus one for each data
 //! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. For

@@ -1,8 +1,8 @@
 //! The serial line as a level over time, and the sender at its other end.
 //!
-//! The sender has its own clock. Its baud rate has a resolution of a thousandth of a baud, and its bits follow each
-//! other without drift. The line stores the instants at which the level changes. So a receiver with its own clock
-//! samples the same levels as on a real wire.
+//! The sender has its own clock. Its baud rate has a resolution of a thousandth of a baud, and rounding errors do not
+//! accumulate from bit to bit. The line stores the instants at which the level changes. So a receiver with its own
+//! clock samples the same levels as on a real wire.
 
 use std::collections::VecDeque;
 
@@ -32,7 +32,7 @@ pub struct SerialLine {
     /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
-    /// The instant at which the sender's bit 0 began, and the number of bits that the sender has sent since.
+    /// An instant at which a bit began, and the number of bits that the sender has sent since then.
     origin: u64,
     bits: u64,
     /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.

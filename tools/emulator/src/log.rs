@@ -55,8 +55,8 @@ impl Board {
     }
 }
 
-/// Takes the bytes that the firmware has written to RTT since the last call. Returns `None` before the firmware has
-/// prepared RTT.
+/// Takes the bytes that the firmware has written to RTT since the last call. Returns `None` if the firmware has
+/// no RTT or has not prepared it yet.
 fn take_rtt(memory: &Memory, image: &Image) -> Option<Vec<u8>> {
     let control = image.symbol("_SEGGER_RTT").ok()?.address;
     let mut magic = [0; 16];

@@ -32,7 +32,7 @@ impl Ppi {
     }
 }
 
-/// Returns the tasks that this event triggers, by the registers of PPI. The lowest channel comes first, and each
+/// Returns the tasks that this event triggers, according to PPI's registers. The lowest channel comes first, and each
 /// channel's task before its fork.
 pub(crate) fn tasks(ppi: &Common, event: u32) -> Vec<u32> {
     let channels = (0..CHANNELS).filter(|n| ppi[CHEN] >> n & 1 == 1);
@@ -46,7 +46,7 @@ impl Peripheral for Ppi {
         &mut self.0
     }
 
-    /// The task `CHG\[n\].EN` is at 8 n, followed by `CHG\[n\].DIS`.
+    /// The task `CHG[n].EN` is at offset 8 n, and `CHG[n].DIS` at 8 n + 4.
     fn task(&mut self, offset: u32, _: &mut Context) -> Option<()> {
         let group = self.0.load(GROUP + offset / 8 * 4)?;
         self.0.store(CHEN + 4 + (offset & 4), group)

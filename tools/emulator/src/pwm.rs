@@ -48,7 +48,7 @@ pub(crate) struct Pwm {
 impl Pwm {
     pub(crate) fn new() -> Self {
         let registers = [
-            // The PWM is never disabled.
+            // Disabling the PWM is not modelled.
             (ENABLE, 0, Access::Plain(1..=1)),
             (COUNTERTOP, 0x3FF, Access::Plain(3..=0x7FFF)),
             (PRESCALER, 0, Access::Plain(0..=7)),
@@ -160,7 +160,7 @@ impl Peripheral for Pwm {
         self.period_ends_at
     }
 
-    /// Ends a period. The PWM repeats its step until another sequence starts.
+    /// Ends a period. The PWM repeats its step until another sequence starts or STOP is triggered.
     fn advance(&mut self, context: &mut Context) {
         self.common.raise(PWMPERIODEND, context);
         if std::mem::take(&mut self.stopping) {

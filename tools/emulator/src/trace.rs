@@ -1,5 +1,5 @@
 //! The record of events on the board. The events of each kind are in the order in which they happened. Times are in
-//! cycles. Each run of an exception handler is recorded with its cycles, from entry to return.
+//! cycles.
 
 use std::collections::BTreeSet;
 
@@ -66,7 +66,7 @@ pub struct Change {
 pub struct Activation {
     /// The exception's number: 16 + n for interrupt n.
     pub exception: u16,
-    /// The instant of entry: the beginning of stacking.
+    /// The instant of entry: the beginning of stacking, or in a tail chain the end of the handler before.
     pub at: u64,
     /// The number of cycles, including stacking and unstacking.
     pub cycles: u64,

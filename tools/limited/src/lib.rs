@@ -18,8 +18,8 @@ pub const LIMIT: Duration = Duration::from_secs(300);
 /// The longest time for which a child of an ended process may keep the process's output open.
 const HELD: Duration = Duration::from_secs(5);
 
-/// A process that is killed at its time limit, or when this value is dropped. At the limit, reads from its pipes end,
-/// and `wait` returns an exit status that is not a success.
+/// A process that is killed at its time limit, or when this value is dropped. If it is killed at the limit, `wait`
+/// returns an exit status that is not a success, and reads from its pipes end unless a child keeps the pipes open.
 #[derive(Debug)]
 pub struct Process {
     /// The pipe to standard input, unless the test has taken it.
@@ -50,7 +50,7 @@ impl Process {
         // This thread ends when the process ends, or at the limit.
         thread::spawn(move || {
             if matches!(watched.wait_timeout(limit), Ok(None)) {
-                // The error means that the process has ended in the meantime.
+                // An error means that the process has ended in the meantime.
                 let _ = watched.kill();
                 eprintln!("killed after {limit:?}: {name}");
             }
@@ -116,7 +116,7 @@ impl Deref for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // The errors mean that the process has ended.
+        // An error means that the process has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

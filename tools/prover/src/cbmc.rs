@@ -50,7 +50,7 @@ pub(crate) struct Answer {
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
-    /// An assertion fails, or the program panics or has undefined behaviour. CBMC may then leave other properties open.
+    /// An assertion fails, or the program panics or has undefined behaviour. CBMC may leave other properties undecided.
     Failed,
     /// The harness could not be checked.
     #[default]
@@ -347,7 +347,7 @@ impl Run<'_> {
     }
 }
 
-/// Returns the properties in CBMC's output in plain text. In JSON, CBMC would also write an execution for each cover. A
+/// Returns the properties in CBMC's plain-text output. In JSON, CBMC would also write an execution for each cover. A
 /// line such as `[f.assertion.1] line 5 a sum: SUCCESS` describes a property. A line such as `FILE function f` names
 /// the file of the properties that follow.
 fn read(said: &str) -> Result<Vec<Property>> {

@@ -111,7 +111,7 @@ mod tests {
         fs::remove_file(&file).unwrap();
         assert!(!child.trim().is_empty());
         // The kernel ends a killed process a little later, and the process may remain until its new parent asks for its
-        // status. Without a signal, the child runs for a minute.
+        // status. A child that is not killed runs for a minute.
         let runs = || {
             let state = fs::read_to_string(format!("/proc/{}/stat", child.trim()));
             state.is_ok_and(|state| !state.contains(") Z "))

@@ -18,8 +18,8 @@ use crate::llvm::Module;
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// The optimisation passes that the compiler runs before it writes LLVM's assembly. They inline calls and turn memory
-/// that needs no address into values. They do not change loops, so CBMC knows the value of a loop's counter in each
-/// iteration.
+/// whose address is not needed into values. They do not change loops, so CBMC knows the value of a loop's counter in
+/// each iteration.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
@@ -30,7 +30,7 @@ pub(crate) struct Sources<'a> {
     /// The folder in which everything is built.
     pub(crate) target: PathBuf,
     stand_in: Vec<String>,
-    /// The lock of the folder, until the prover ends.
+    /// The lock on the folder, which the prover holds until its end.
     _lock: Flock<File>,
 }
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::llvm::{Block, Module};
 use crate::translate::readable;
 
-/// The stand-in's function that all covers call.
+/// The function that all covers call. The crate in `stand-in`, which replaces Kani's library, declares it.
 const COVER: &str = "cover";
 
 /// The prefix of a harness's symbol, which is followed by the path of the function.

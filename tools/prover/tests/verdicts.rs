@@ -43,7 +43,7 @@ fn answers_of(prover: &mut Command) -> serde_json::Map<String, Value> {
 }
 
 /// Returns the harnesses that have a fault, each with the expected outcome and a part of the expected message. The
-/// comment `// expected: OUTCOME: MESSAGE` before a harness states them.
+/// comment `// expected: OUTCOME: MESSAGE` before a harness states both.
 fn faults() -> Vec<(&'static str, &'static str, &'static str)> {
     let sources = [
         include_str!("harnesses/src/fails.rs"),

@@ -125,7 +125,7 @@ impl Bug {
         }
     }
 
-    /// Returns whether this outcome of the mistake's test shows that the test has noticed the mistake.
+    /// Returns whether a test with this outcome has noticed the mistake.
     fn is_caught(&self, outcome: &Outcome) -> bool {
         match outcome {
             Outcome::Failed => true,
@@ -139,7 +139,7 @@ impl Bug {
     /// run too long.
     fn is_noticed(&self, answer: &Answer) -> bool {
         match answer.verdict.as_str() {
-            // A harness of the module `fails` has a fault; a bug in the prover must hide the fault.
+            // The harnesses of the module `fails` have faults. A bug in the prover is noticed if it hides a fault.
             _ if answer.harness.starts_with("fails::") => answer.is_proved(),
             _ if answer.harness.starts_with("holds::") => answer.is_refuted(),
             "failed" => true,
@@ -269,8 +269,8 @@ pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Argument
     Ok(())
 }
 
-/// Checks the bugs in a few copies of the sources at the same time. Returns a line for each harness or test that has not
-/// noticed a bug.
+/// Checks the bugs in a few copies of the sources at the same time. Returns a line for each harness or test that has
+/// not noticed a bug.
 fn check_in_copies(workspace: &Workspace, prover: &Prover, bugs: Vec<Bug>) -> Result<Vec<String>> {
     let mut of_packages = Vec::new();
     if bugs.iter().any(|bug| !bug.harnesses.is_empty()) {

@@ -1,5 +1,5 @@
-//! `cargo xtask firmware`: builds the firmware's images, as ELF for probe-rs and as Intel HEX for other programs. Also
-//! checks that contradictory settings do not compile.
+//! `cargo xtask firmware`: builds the firmware's images, as ELF for probe-rs and as Intel HEX for other programs. This
+//! file also contains the check that contradictory settings do not compile.
 
 use std::fs;
 use std::path::{Path, PathBuf};

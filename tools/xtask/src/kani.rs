@@ -10,8 +10,8 @@ use anyhow::{Context as _, Result, ensure};
 
 use crate::theorems::Answer;
 
-/// Returns the version of Kani, or an error if Kani is not set up. Only reads folders. If Kani is installed but not set
-/// up, calling `cargo kani` would start the setup.
+/// Returns the version of Kani, or an error if Kani is not set up. Only reads folders, because calling `cargo kani`
+/// would start the setup if Kani is installed but not set up.
 pub(crate) fn version() -> Result<String> {
     let home = env::var_os("KANI_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".kani")));

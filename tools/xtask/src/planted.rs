@@ -10,7 +10,7 @@ use serde::Deserialize;
 use crate::test_count::TestCount;
 use crate::workspace::cargo_in;
 
-/// The time limit of a test. A test that runs longer hangs.
+/// The time limit of a test. A test that runs longer counts as hanging.
 pub(crate) const LIMIT: Duration = Duration::from_secs(600);
 
 /// A test that must fail.

@@ -14,7 +14,7 @@ use crate::workspace::files;
 /// The file that lists the slow harnesses. It also records the hash of the list and of the sources at the last proof of
 /// all these harnesses.
 const RECORD: &str = "proofs/slow-harnesses.toml";
-/// The folders that decide whether the harnesses hold: their sources, and those of the prover.
+/// The folders with the sources of the slow harnesses and of the prover.
 const SOURCES: [&str; 4] = [
     "core/src",
     "formats/src",

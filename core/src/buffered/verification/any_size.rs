@@ -9,7 +9,7 @@
 //!
 //! Only the number of bytes matters, because the format does not look at the bytes. So the buffer of these receivers
 //! has a length, but forgets the bytes that are written into it. The harnesses in [`steps`](super::steps) show, for
-//! smaller buffers, that bytes are copied to the right places. [`pending_bytes_move`] shows it for 32 bytes.
+//! smaller buffers, that bytes are copied to the right places. [`pending_bytes_move`] shows this for moving 32 bytes.
 
 use core::cell::Cell;
 
@@ -196,7 +196,7 @@ fn next() {
     kani::cover!(!has_frame && receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// `take` decides about the first bytes of a slice, or stores the whole slice. Here each byte starts a frame.
+/// `take` delivers or drops the first bytes of a slice, or stores the whole slice. Here each byte starts a frame.
 /// `noise::verification` covers bytes that start none.
 #[kani::proof]
 #[kani::unwind(4)]
@@ -231,8 +231,8 @@ fn feed() {
     kani::cover!(receiver.pending() == MOST - 1, "bytes wait");
 }
 
-/// The steps of `feed` while bytes are pending. [`steps`](super::steps) proves `give_back` after any number of bytes of
-/// a short slice.
+/// The steps of `feed` while bytes are pending. For short slices, [`steps`](super::steps) proves `give_back` after any
+/// number of bytes have been taken.
 #[kani::proof]
 #[kani::unwind(3)]
 fn feed_on() {

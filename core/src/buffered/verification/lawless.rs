@@ -1,8 +1,8 @@
 //! 13b, for a format whose answers may break every law.
 //!
-//! The invariant is [`fits`], where `settled_at` is `LONGEST`: at most `LONGEST` bytes decide about a place.
-//! [`steps`](super::steps) proves, without using any law, that `store`, `discard_what_starts_nothing` and `give_back`
-//! keep this invariant.
+//! The invariant is [`fits`], where `settled_at` is `LONGEST`: at most `LONGEST` bytes decide the classification at a
+//! place. [`steps`](super::steps) proves, without using any law, that `store`, `discard_what_starts_nothing` and
+//! `give_back` keep this invariant.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict, part};
@@ -78,8 +78,8 @@ fn what_is_left_is_found() {
     kani::cover!(is_frame, "a frame");
 }
 
-/// `decide` decides about at least one byte, or demands at least one more byte. With `LONGEST` bytes pending it always
-/// decides.
+/// `decide` delivers or drops at least one byte, or demands at least one more byte. With `LONGEST` bytes pending it
+/// always delivers or drops.
 fn something_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);

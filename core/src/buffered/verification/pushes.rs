@@ -107,8 +107,8 @@ impl Format for Searching<'_> {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// A format that searches for a delimiter examines each byte once, because the receiver says which bytes it has already
-/// examined.
+/// A format that searches for a delimiter examines each byte once, because the receiver tells the format how many bytes
+/// it has already examined.
 #[kani::proof]
 #[kani::unwind(8)]
 fn each_byte_is_searched_once() {

@@ -179,7 +179,7 @@ fn feed_goes_on() {
 }
 
 /// 13a, by running the loop of `next`. After a false start `next` discards bytes up to the next frame, or up to bytes
-/// that it cannot decide about yet. It takes only as many bytes from the slice as its decisions need, and leaves the
+/// that may still become a frame. It takes only as many bytes from the slice as its decisions need, and leaves the
 /// rest.
 #[kani::proof]
 #[kani::unwind(4)]

@@ -2,9 +2,9 @@
 //! any frame and any time, and poll once. The invariant holds at the start ([`no_panic`]) and after each poll
 //! ([`output_is_bounded`]).
 //!
-//! * Two consecutive outputs of an axis differ by at most the stated number of units in every phase (S4,
+//! * Two consecutive outputs of an axis differ by at most `most_per_poll` units in every phase (S4,
 //!   [`output_is_bounded`]), and by no more than the axis's speed allows for the time that has passed (S4,
-//!   [`speed_is_bounded`]). The stated number is at most a quarter of the travel, for all parameters
+//!   [`speed_is_bounded`]). `most_per_poll` is at most a quarter of the travel, for travel times of up to 5 bits
 //!   ([`stated_speed`]).
 //! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
@@ -16,16 +16,16 @@
 //!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
 //!   on in the same direction as far as the slow speed allows ([`approach_ends`]). The travel is finite, so an axis is
 //!   live within `live_after`, however the demands move ([`live_in_time`]).
-//! * The whole travel takes the stated times ([`stated_speed`]).
+//! * The whole travel takes at least `live_travel` if the axis is live, or else `approach_travel` ([`stated_speed`]).
 //!
-//! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`output_is_bounded`],
-//! [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant speed. The other harnesses
-//! replace each product by an arbitrary distance. For the same reason, [`stated_speed`] divides only by times of up to
-//! 5 bits.
+//! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`no_panic`],
+//! [`output_is_bounded`], [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant
+//! speed. The other harnesses replace each product by any distance. Solvers cannot divide by arbitrary numbers, so
+//! [`stated_speed`] uses only travel times of up to 5 bits.
 //!
-//! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
-//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are. The
-//! failsafe's part of theorem 1 is here, too: nothing panics.
+//! Most harnesses use three axes with demands of 8 bits, as in a setpoint. Some also use two axes with demands of 16
+//! bits, and the harnesses of times and speeds use one axis. No axis reads the state of another, so an axis behaves the
+//! same however many other axes there are. The failsafe's part of theorem 1 is here, too: nothing panics.
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
@@ -177,14 +177,14 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
             && (self.follows() || self.approached == 0)
     }
 
-    /// Returns whether the last frame is `hold_after` or more ago at a poll after this time.
+    /// Returns whether a poll after `elapsed` ticks finds the last frame `hold_after` or more ago.
     fn is_silent(&self, elapsed: u32) -> bool {
         self.quiet.saturating_add(elapsed) >= self.parameters.hold_after
     }
 }
 
-/// The state before a poll, the time that the poll counts, the most that a slow and a fast axis move in this time, and
-/// the output.
+/// The states before and after a poll, the time that the poll counts, the most that a slow and a fast axis move in this
+/// time, and the output.
 struct Step<D, const AXES: usize> {
     before: Failsafe<D, AXES>,
     after: Failsafe<D, AXES>,
@@ -260,7 +260,7 @@ fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
 }
 
 /// Every axis is live `live_after` ticks after the poll that started the approach, however the demands move and however
-/// the polls divide the time up. No axis is live before `approach_for`.
+/// the polls divide the time up. No axis is live until `approach_for` has passed.
 fn goes_live_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     let mut failsafe = any_slow_failsafe::<D>(approach_travel);
     failsafe.parameters.approach_for = kani::any_where(|&ticks| 0 < ticks && ticks <= 2);
@@ -306,8 +306,8 @@ fn any_step_within<D: Demand, const AXES: usize>(failsafe: &Failsafe<D, AXES>, l
     })
 }
 
-/// An axis takes at least the stated time for its whole travel. In an approach it is no faster than live, and one poll
-/// moves it by at most a quarter of its travel. Checked for travels of up to 5 bits.
+/// The whole travel takes at least `approach_travel` in an approach, and `live_travel` when live. An approach is no
+/// faster than a live axis. One poll moves an axis by at most a quarter of its travel. Checked for times below 32.
 fn speed_is_stated<D: Demand + kani::Arbitrary>() {
     let mut parameters = any_parameters::<D, 1>();
     parameters.live_travel = kani::any_where(|&travel| travel < 1 << 5);
@@ -356,8 +356,8 @@ macro_rules! for_demands {
     };
 }
 
-/// Defines one harness for demands of 8 bits and one for 16 bits. Each takes a travel. `$polls` bounds the number of
-/// polls.
+/// Defines one harness for demands of 8 bits and one for 16 bits, each with an `approach_travel`. `$polls` bounds the
+/// number of polls.
 macro_rules! in_time {
     ($($module:ident = $check:ident($eight:literal, $sixteen:literal) in $polls:literal)*) => {
         $(mod $module {
@@ -404,8 +404,8 @@ for_demands!(
 mod check {
     use super::{Demand, Failsafe, Phase, Speed, Step, any_failsafe, any_parameters, any_step};
 
-    /// Two consecutive outputs of an axis differ by at most the stated number of units, whatever the state, the time
-    /// and the frame. If the axis is not live, the bound of the slow speed holds.
+    /// Two consecutive outputs of an axis differ by at most `most_per_poll` units, whatever the state, the time and the
+    /// frame. If the axis is not live, the bound of the slow speed holds.
     pub(super) fn output_is_bounded<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let mut failsafe = any_failsafe::<D, AXES>();
         let before = failsafe;
@@ -528,7 +528,7 @@ mod check {
         kani::cover!(!follows && before.has_frame, "does not start");
     }
 
-    /// A frame that comes `hold_after` or more after the frame before is counted, whatever else happens.
+    /// A frame that comes `hold_after` or more after the frame before is counted as slow, whatever else happens.
     pub(super) fn slow_frames_are_counted<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,

@@ -34,7 +34,7 @@ fn byte_is_placed(stuffing: Stuffing) {
     );
 }
 
-/// After a line event, each byte that was pending is in one outcome, or stays pending after a delimiter.
+/// After a line event, each byte that was pending is in one outcome, or stays pending in a packet without content.
 fn event_is_placed(stuffing: Stuffing) {
     let mut buffer = [0; LONGEST];
     let mut receiver = any_receiver(Lawless::<LONGEST>(stuffing), &mut buffer);

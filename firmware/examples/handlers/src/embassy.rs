@@ -37,7 +37,7 @@ impl Reception {
                     self.line.messages(bytes).for_each(frame);
                     return None;
                 }
-                // Without the pauses, an ambiguous payload could hide every later frame.
+                // If pauses were not reported, an ambiguous payload could hide every later frame.
                 None if self.line.pending() > 0 => LineEvent::Idle,
                 None => {
                     self.in_doubt = false;

@@ -6,8 +6,8 @@ use framelock::motion::Setpoint;
 use framelock::{Line, LineEvent, Receiver};
 use framelock_example_handlers::{embassy, rp2040, rtic};
 
-/// A frame that contains the end of a frame and the beginning of another one. If its first byte is lost, a receiver
-/// finds wrong frames until a pause: each consists of the end of one frame and the beginning of the next.
+/// A frame that contains the end of a frame and the beginning of another one. If a stream repeats this frame, and its
+/// first byte is lost, a receiver finds wrong frames until a pause: the end of one frame and the beginning of the next.
 const AMBIGUOUS: &[u8] = b"AB\0\rAB\r";
 const RIGHT: [u8; 3] = *b"\rAB";
 const WRONG: [u8; 3] = *b"AB\0";

@@ -102,7 +102,7 @@ impl Chip {
 
     /// Advances the timer by any amount of time, except while a byte waits and a transfer is open. So if a byte waits
     /// when the timer is 0, it is stored before `NONE_WAITS` (A1). A byte that begins to wait later may be stored after
-    /// any delay. The model lets such a byte arrive later instead of being stored later.
+    /// any delay. In the model, such a byte arrives later, and is stored without a delay.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {

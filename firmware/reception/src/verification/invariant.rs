@@ -91,8 +91,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// Returns whether every error so far was reported. Either the next byte to hand on directly follows the last byte
-    /// handed on, or an event was reported between the two.
+    /// Returns whether every error so far was reported. The bytes in memory and in the FIFO are sound and consecutive.
+    /// The first of them directly follows the last byte handed on, unless an event was reported after that byte.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0

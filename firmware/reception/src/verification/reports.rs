@@ -7,7 +7,7 @@ use super::Reception;
 use super::invariant::any_reception;
 use crate::{NO_BYTE, OVERRUN, Registers, State};
 
-/// Registers that return the values `says`, and a record of the reports.
+/// Registers that return the values in `says`, and record the reports.
 struct Uarte {
     says: Values,
     /// Whether a byte lay in memory at the last tick and no transfer was started since.

@@ -27,10 +27,11 @@ pub(super) struct Stream<'s> {
     pub(super) has_pauses: bool,
 }
 
-/// A change, in words that follow "nearly all would be in frames". It is empty if nothing changes.
+/// The end of a hint, which names a change of the input or of the frames, such as ` with --input hex`. Empty if nothing
+/// changes.
 type Change = String;
 
-/// A receiver. It returns the frames in some bytes: for each frame the index of its kind, and its length.
+/// A function that receives bytes. For each frame, it returns the index of the frame's kind, and the frame's length.
 type Receiver<'r> = Box<dyn Fn(&[u8]) -> Vec<(usize, usize)> + 'r>;
 
 impl Stream<'_> {
@@ -76,8 +77,8 @@ impl Stream<'_> {
         self.summary.frames == 0 && is_number_text && !self.inputs().iter().any(is_mostly)
     }
 
-    /// Returns the first change after which nearly all bytes of the beginning are in frames. If only some bytes are in
-    /// no frame, tries only other checksums and notations.
+    /// Returns the first change after which nearly all bytes of the beginning are in frames. If `is_bad` is false,
+    /// tries only other checksums and notations.
     fn change(&self, is_bad: bool) -> Option<Change> {
         // Many descriptions fit a stream with few different values, such as zeros.
         if self.beginning.iter().collect::<HashSet<_>>().len() < 4 {
@@ -104,8 +105,8 @@ impl Stream<'_> {
                 // Valid text in another notation that contains the user's frames is no coincidence.
                 let is_text = frames.is_empty() && input.contains("--input");
                 if are_nearly_all && (is_text || !may_be_chance(&received, receive)) {
-                    // More than one in sixteen right checksums are no coincidence. So the user's checksum is not wrong,
-                    // but the line may have errors.
+                    // If more than one in sixteen of the user's checksums are right, this is no coincidence: the
+                    // checksum in the user's description is right, but the line may have errors.
                     let right = receivers[0].1(bytes).len();
                     let has_errors = frames == ANY_CHECKSUM && 16 * right > received.len();
                     let change = [&**frames, input].concat();

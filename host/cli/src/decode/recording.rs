@@ -1,4 +1,4 @@
-//! Records an input: its bytes, or text with the times of the bytes, which `decode` reads again.
+//! Records an input: its bytes alone, or hex with the times of the bytes. `decode` reads both kinds of recordings.
 
 use std::io::Write;
 use std::path::Path;

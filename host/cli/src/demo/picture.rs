@@ -104,7 +104,7 @@ fn ends(mut left: Vec<Span>, right: Span) -> Vec<Span> {
 
 fn status(station: &Station, now: Duration) -> Vec<Span> {
     let status = match station.deaf_for(now) {
-        // A time that would be rounded to zero is not shown.
+        // A time of less than 0.1 s is not shown.
         Some(time) if time < Duration::from_millis(100) => (" DEAF ".into(), BAD_REVERSED),
         Some(time) => (format!(" DEAF for {} ", seconds(time)), BAD_REVERSED),
         None => (" LISTENING ".into(), GOOD_REVERSED),

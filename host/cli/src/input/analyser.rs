@@ -62,7 +62,7 @@ pub(super) fn arrivals(
         .trim(Trim::All)
         .from_reader(reader);
     let names = reader.headers()?.iter().map(plain);
-    // DSView names the column of the bytes after the decoder, as in `0:UART: RX/TX`.
+    // In tables of DSView, the column of the bytes has the decoder's name, such as `0:UART: RX/TX`.
     let is_own = |name: &str| name.contains(":uart");
     let names = names.map(|name| if is_own(&name) { "value".into() } else { name });
     let header: StringRecord = names.collect();
@@ -93,13 +93,13 @@ pub(super) fn is_annotation(line: &str) -> bool {
     ANNOTATION.is_match(line)
 }
 
-/// The bytes that an analyser decoded on one line.
+/// The state of reading the bytes of one serial line.
 #[derive(Default)]
 pub(super) struct Decoded {
     /// The last byte. It is held back, because the next row may say that this byte has an error.
     pub(super) held: Option<Arrival>,
     times: Times,
-    /// The name of the line in the first row.
+    /// The name of the serial line in the first row.
     line: Option<String>,
 }
 
@@ -135,7 +135,8 @@ impl Decoded {
         self.push(&format!("{} {class}", &found[1]), None, byte, event)
     }
 
-    /// Holds a new byte, and returns the byte that was held before. An error belongs to the byte that is held now.
+    /// Holds the row's byte, if any, and returns the byte that was held before. An error in the row belongs to the byte
+    /// that is held afterwards.
     fn push(
         &mut self,
         line: &str,

@@ -83,7 +83,8 @@ pub(crate) struct Arrivals<'a> {
 }
 
 impl<'a> Arrivals<'a> {
-    /// Reads an input in this notation. Without a notation, a file's name and its beginning decide.
+    /// Reads an input in this notation. If `notation` is `None`, a file's name and beginning determine its notation,
+    /// and other inputs are raw bytes.
     pub(crate) fn new(input: Input<'a>, notation: Option<InputNotation>) -> Result<Self> {
         let (name, is_file, mask) = (input.name.clone(), input.is_file, input.mask);
         let mut reader = BufReader::with_capacity(CHUNK_LENGTH, input);
@@ -100,7 +101,7 @@ impl<'a> Arrivals<'a> {
         };
         let mut items = items.peekable();
         let is_timed = |first: &Result<Arrival>| matches!(first, Ok(Arrival { time: Some(_), .. }));
-        // Raw bytes have no times, so do not wait for them.
+        // Raw bytes have no times, so do not wait for the first bytes.
         let has_times = notation != InputNotation::Bytes && items.peek().is_some_and(is_timed);
         Ok(Self {
             name,
@@ -125,7 +126,7 @@ impl Iterator for Arrivals<'_> {
     }
 }
 
-/// Calls `read` with each line, and with `None` at the end. Returns the arrivals that it finds.
+/// Calls `read` with each line, and with `None` at the end. Returns the arrivals that `read` returns.
 pub(super) fn each<L>(
     name: String,
     lines: impl Iterator<Item = Result<(u64, L)>>,

@@ -16,7 +16,7 @@ use super::arrivals::{Arrival, each};
 use super::dump::{Dump, bytes};
 use super::time::Times;
 
-/// The line events that a recording can have, in words.
+/// The line events that a log may contain as words.
 const EVENTS: [LineEvent; 3] = [LineEvent::Break, LineEvent::Framing, LineEvent::Parity];
 
 /// The greatest length of a label before the bytes of a line.

@@ -51,8 +51,8 @@ impl Times {
         let is_pair = matches!(found["seconds"].as_bytes(), [_, _, b'.', _, _]);
         let is_weak = !is_marked && if is_clock { !has_fraction } else { is_pair };
         if is_weak && self.last.is_none() {
-            // All bytes of a line have the same separator. If the rest has a colon or a point too, or is empty, this
-            // line is bytes.
+            // All bytes of a line have the same separator. So if the rest is empty, or has a colon or a point, too,
+            // this line is bytes.
             if rest.is_empty() || rest.contains([':', '.']) {
                 return Ok(None);
             }

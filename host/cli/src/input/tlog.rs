@@ -1,5 +1,5 @@
-//! Reads a `.tlog`, in which ground stations store `MAVLink`. Eight bytes before each frame are the frame's time in
-//! microseconds since 1970, the highest byte first.
+//! Reads a `.tlog`, in which ground stations store `MAVLink`. A record is a time and a frame. The time is a
+//! big-endian number of microseconds since 1970, in eight bytes.
 
 use std::io::{BufRead, Read};
 use std::iter::from_fn;
@@ -19,7 +19,7 @@ pub(super) fn arrivals(mut reader: impl BufRead) -> impl Iterator<Item = Result<
     from_fn(move || next(&mut reader, &mut record, &mut time).transpose())
 }
 
-/// `record` has the bytes that were read already.
+/// Returns the next arrival. `record` holds bytes that were read, but not returned yet.
 fn next(
     reader: &mut impl BufRead,
     record: &mut Vec<u8>,
@@ -41,7 +41,7 @@ fn next(
             record.clear();
             frame
         }
-        // Search the next record.
+        // Search for the next record.
         None => vec![record.remove(0)],
     };
     Ok(Some(Arrival::new(Some(*time), bytes)))

@@ -13,7 +13,7 @@ use super::source::Source;
 use crate::options::whole;
 use crate::output::Output;
 
-/// The number of frames with the park setpoint. Repetitions help if the line loses frames.
+/// The number of frames that repeat the park setpoint at the end of the parking, in case the line loses frames.
 const PARK_FRAMES: u32 = 5;
 
 /// Sends frames of one format, and counts them.
@@ -49,7 +49,8 @@ impl<'a> Transmission<'a> {
         }
     }
 
-    /// Sends the frames of `source` for at most `length`, or until there is a reason to stop, and then parks if wanted.
+    /// Sends the frames of `source` until the source is over, `length` has passed or the pacer is told to stop. Then
+    /// parks the axes, if `parks` is true.
     pub(super) fn run(
         &mut self,
         source: &Source,
@@ -117,10 +118,10 @@ impl Rate {
     }
 }
 
-/// Waits for deadlines, and measures the lateness. A message on its channel is a reason to stop.
+/// Waits for deadlines, and measures the lateness. A message on its channel stops the transmission.
 pub(super) struct Pacer {
     beginning: Instant,
-    /// Due times are counted from this time after the beginning. Postponing the deadlines increases this time.
+    /// The time from `beginning` to the moment from which due times count. Postponing the deadlines increases it.
     start: Duration,
     /// The largest lateness of a frame.
     pub(super) worst: Duration,
@@ -230,7 +231,7 @@ mod tests {
         let mut pacer = Pacer::new(stopped);
         assert!(pacer.wait_until(Duration::ZERO));
         assert_eq!(stop.send(()), Ok(()));
-        // Without the message, this would wait for an hour.
+        // Without the message, this call would wait for an hour.
         assert!(!pacer.wait_until(Duration::from_secs(3600)));
         assert!(pacer.wait_until(Duration::ZERO));
     }

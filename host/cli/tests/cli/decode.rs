@@ -173,7 +173,7 @@ fn frames_of_each_shipped_description_are_delivered_without_a_hint() {
     for (name, _) in SHIPPED {
         let protocol = Protocol::named(name).unwrap();
         let description = &protocol.description;
-        // These bytes come without pauses and breaks, so skip frames that end with one.
+        // These bytes come without pauses and breaks, so skip formats whose frames end with a pause or a break.
         if description.ending_event().is_some() {
             continue;
         }

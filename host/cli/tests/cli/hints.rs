@@ -13,7 +13,7 @@ use crate::process::{described, run, text};
 const GENERAL: &str =
     "check --frame, --input, the baud rate and parity, and whether the line is inverted";
 
-/// Returns the hint without its numbers. It is empty if there is no hint.
+/// Returns the hint without its numbers, or an empty text if there is no hint.
 fn hint(arguments: &[&str], bytes: &[u8]) -> String {
     let output = run(&[&["decode", "--format=none"], arguments].concat(), bytes);
     assert_eq!(output.status.code(), Some(0), "{output:?}");

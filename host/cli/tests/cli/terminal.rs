@@ -56,7 +56,7 @@ fn control_characters_from_the_line_never_reach_the_terminal() {
         ]
         .concat();
         let check = content.iter().fold(0, |check, byte| check ^ byte);
-        // The bytes are the text of a line, and of an NMEA sentence.
+        // Send the content as a line, and as an NMEA sentence.
         stream.extend(
             [
                 &content[..],

@@ -81,7 +81,7 @@ fn guides_and_cases_show_what_their_commands_print() {
 }
 
 fn comparison() -> Assert {
-    // Do not replace the backslashes in the output, which are no separators of paths.
+    // Do not replace backslashes in the output, because they do not separate parts of paths.
     Assert::new().normalize_paths(false)
 }
 

@@ -81,7 +81,7 @@ pub fn agrees_with_the_reference(
         check_packets(description, stuffing, &frames, text, random);
         return frames.len();
     }
-    // If silence ends the frames, pauses follow about half of the slices.
+    // If silence ends the frames, pauses follow about half of the slices of the faulty stream.
     let pauses: f64 = if description.ending_event().is_some() {
         0.5
     } else {
@@ -113,8 +113,8 @@ pub fn agrees_with_the_reference(
 }
 
 /// Asserts that the receiver of packets delivers each frame of a stream that consists of packets only. Also asserts
-/// that the receiver delivers each frame on a faulty line, if the delimiter is a single byte. The oracle `packets`
-/// defines what else a receiver may deliver.
+/// that the receiver delivers each frame on a faulty line, if the delimiter is a single byte. Does not check
+/// other deliveries on a faulty line, which the oracle `packets` checks.
 fn check_packets(
     description: &Description,
     stuffing: Stuffing,

@@ -1,5 +1,5 @@
-//! Encodes random values of random descriptions, and decodes the frames again. Each form of a value occurs: each place,
-//! each notation and each meaning.
+//! Encodes random values of random descriptions, and decodes the frames again. Each form in the tables of this file
+//! occurs.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,7 +16,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 
-/// The values of a form.
+/// The possible values of a form.
 enum Domain {
     /// Whole numbers, from the first number to the second.
     Whole(i64, i64),

@@ -27,7 +27,7 @@ fn encoded(description: &Description, values: &Json) -> Result<Vec<u8>, EncodeEr
     description.encode(&row.collect::<Vec<_>>())
 }
 
-/// Returns the names of the kinds of all frames in a stream, in which no byte is discarded.
+/// Returns the names of the kinds of all frames in a stream. Panics if a byte is discarded.
 fn received<'d>(description: &'d Description, stream: &[u8]) -> Vec<&'d str> {
     let format = description.format();
     let buffer = vec![0; 2 * format.longest()];

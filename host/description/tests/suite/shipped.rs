@@ -1,5 +1,4 @@
-//! Tests of the shipped descriptions. If there is a format in Rust too, both must have the same layout, and encoding
-//! the values of a frame must make the same frame again.
+//! Tests of the shipped descriptions. If there is a format in Rust too, both must have the same layout.
 
 use std::path::Path;
 

@@ -11,9 +11,10 @@ static inline void any_forget(any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once for this. If these bytes are a frame, moves
- * `from` past the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision
- * needs more bytes. If `has_waited` is true, discarded bytes are counted as ANY_LINE_EVENT. */
+/* Discards pending bytes up to the first byte that can begin a frame. Then classifies the other bytes, at most once. If
+ * they begin with a frame, moves `from` past the frame and returns the frame's length. If they are rejected, discards
+ * the first one. Returns 0 if there is no frame. Sets `*again` to false if the next decision needs more bytes, and to
+ * true otherwise. If `has_waited` is true, discarded bytes are counted as ANY_LINE_EVENT. */
 static inline any_index any_next(any_receiver *receiver, bool has_waited, bool *again)
 {
     any_outcome outcome;
@@ -107,7 +108,7 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     any_index length;
     bool again;
 
-    /* Each iteration except the last decides about at least one pending byte. */
+    /* Each iteration except the last removes at least one byte from the pending bytes. */
     do {
         length = any_next(receiver, false, &again);
         if ((length > 0U) && any_read(&receiver->buffer[receiver->from - length], length, message)) {
@@ -117,16 +118,15 @@ ANY_FUNCTION bool any_poll(any_receiver *receiver, any_message *message)
     return false;
 }
 
-/* Decides about the first pending byte, given that this event follows the pending bytes. The classifier has found these
- * bytes incomplete. If they begin with a frame, moves `from` past the frame and returns the frame's length. Otherwise
- * returns 0. */
+/* Handles a line event after pending bytes that the classifier has found incomplete. If these bytes begin with a frame,
+ * moves `from` past the frame and returns the frame's length. Otherwise discards the first byte and returns 0. */
 static inline any_index any_end_first(any_receiver *receiver, any_event event)
 {
     any_index number = 0U;
     const any_outcome outcome =
         any_classify_before(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), event, &number);
 
-    /* Reset `ask_at`, because it belongs to the bytes that are decided now. */
+    /* The line event ends the wait for more bytes. */
     receiver->ask_at = 0U;
     if (outcome == ANY_FRAME) {
         receiver->from = (any_index)(receiver->from + number);
@@ -150,7 +150,8 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     while (receiver->from < receiver->to) {
         length = any_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, all discarded bytes have the line event as their reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
+             * another reason. */
             has_waited = true;
             length = any_end_first(receiver, event);
         }

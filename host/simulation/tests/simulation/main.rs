@@ -158,7 +158,7 @@ fn a_reported_error_drops_the_frame_under_way() {
 }
 
 /// The pause between two frames is 20 byte times. A frame that has lost a byte is dropped in the pause only if the idle
-/// gap is shorter than the pause. Without the drop, the receiver reads the following frames at the wrong phase.
+/// gap is shorter than the pause. Without the drop, the receiver begins the following frames at a wrong byte.
 #[test]
 fn an_idle_gap_rule_acts_in_pauses_that_are_longer_than_the_gap() {
     for (idle_gap, is_dropped) in [(18, true), (19, true), (20, false), (21, false)] {

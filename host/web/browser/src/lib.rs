@@ -1,5 +1,5 @@
 //! Opens the page in a headless Chromium and in Firefox for its tests. Any failure here must fail
-//! the calling test, so all functions panic.
+//! the calling test, so the functions panic instead of returning errors.
 
 #![allow(clippy::missing_panics_doc, reason = "a panic fails the test")]
 
@@ -84,8 +84,8 @@ impl Chromium {
             .expect("there is no Chromium in PATH; on Debian, as root: apt-get install chromium");
         let options = LaunchOptions::default_builder()
             .path(Some(chromium))
-            // The sandbox would need privileges that root and many containers do not have. The page
-            // is ours.
+            // Chromium's sandbox works neither as root nor in many containers. The page is ours, so it
+            // needs no sandbox.
             .sandbox(false)
             .idle_browser_timeout(LONG)
             .build()

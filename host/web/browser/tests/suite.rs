@@ -30,7 +30,7 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
     }
 }
 
-/// Returns the part of the page's address after the #, once the page has written it. The page does so after a delay.
+/// Waits until the page has updated its address, which takes a moment. Returns the part of the address after the #.
 fn address(page: &Page) -> String {
     page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
     page.read("location.hash.slice(1)")
@@ -221,7 +221,7 @@ fn users_can_type_their_own_frame() {
         let focus: String = page.read("document.activeElement.id");
         assert_eq!(focus, "description", "the description keeps the focus");
 
-        // The address contains the description, and keeps it while other frames are shown.
+        // The address contains the description.
         let other = Page::at(&address(&page));
         assert_eq!(other.state()["machines"], page.state()["machines"]);
 

@@ -212,7 +212,7 @@ fn any_format_cut_anywhere_with_line_events() {
     assert_eq!(one, of_pending);
 }
 
-/// At their largest value, counters wrap around to 0. So does the total of the discarded bytes.
+/// Counters wrap around from their largest value to 0. The total of the discarded bytes wraps, too.
 #[test]
 fn counters_wrap() {
     let most = u32::MAX;

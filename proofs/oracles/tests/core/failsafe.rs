@@ -245,7 +245,7 @@ proptest! {
         ),
         is_punctual: bool,
     ) {
-        // If `is_punctual`, no poll is late, so an approach ends in the stated time.
+        // If `is_punctual`, no poll is late, so an approach ends within `live_after`.
         let limit = if is_punctual { parameters.longest_step } else { u32::MAX };
         let steps = steps.into_iter().map(|step| match step {
             ScheduleStep::Wait(ticks) if ticks > limit => ScheduleStep::Wait(ticks % limit + 1),

@@ -152,8 +152,8 @@ fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     (ranges.choose(random).expect("three"), others)
 }
 
-/// Returns 0 to 4 masks with their fixed bits. Each is in a byte of the header, in one of the first two bytes after the
-/// body, or in one of the last two bytes before the frame's last `from_end` bytes.
+/// Returns 0 to 4 masks with their fixed bits. Each is in a byte of the header, in one of the first two bytes of the
+/// payload, or in one of its last two bytes. The payload begins at index `body`, and `from_end` bytes follow it.
 fn fixed_bits(
     random: &mut ChaCha8Rng,
     header: Range<usize>,
@@ -230,7 +230,8 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
         end += layout.behind;
     }
 
-    // The body is the part before the payload. A checksum is in the body, before the terminator or after it.
+    // `body` is the number of bytes before the payload, and `from_end` the number of bytes after it. The checksum is
+    // directly before the payload, directly after it, or among the bytes behind the terminator.
     let (mut body, mut from_end) = (header, end);
     if syncs == 0 && end == 0 || random.random_range(0..4) > 0 {
         let mut checksum = checksum(random);
@@ -280,7 +281,7 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     checked.filter(|layout| layout.longest <= LONGEST && !has_fixed_bits_in_the_checksum(layout))
 }
 
-/// Returns true if some fixed bits are in the checksum. Then only few frames are possible.
+/// Returns true if some fixed bits are in the checksum. Such a layout has too few frames for the test.
 fn has_fixed_bits_in_the_checksum(layout: &Layout) -> bool {
     let Some(checksum) = layout.checksum else {
         return false;

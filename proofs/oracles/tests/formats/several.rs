@@ -54,8 +54,9 @@ fn layout(random: &mut ChaCha8Rng) -> Option<CheckedLayout<'static>> {
     layout.check().ok()
 }
 
-/// Asserts that `classify_after` gives the answer of `classify`, however many of the bytes have been seen. If all
-/// layouts reject the bytes, counts whether the reason comes from the first layout or from a later one.
+/// Asserts that `classify_after` gives the answer of `classify`, however many of the bytes have been seen. Also checks
+/// `decode` and `starts`. Counts the special cases, for example whether the reason for rejecting the bytes comes from
+/// the first layout or from a later one.
 fn check(all: &'static [CheckedLayout<'static>], bytes: &[u8], occurred: &mut Occurred) {
     let any_of = AnyOf(all);
     let expected = any_of.classify(bytes);

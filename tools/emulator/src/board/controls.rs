@@ -71,15 +71,16 @@ impl Board {
     }
 
     /// Halts the core for `cycles` from now on, as a debugger does. During this time the peripherals keep running, but
-    /// the watchdog pauses. On silicon it would run on if WDT.CONFIG.HALT is 1, which is not modelled.
+    /// the watchdog pauses. On silicon the watchdog runs on if WDT.CONFIG.HALT is 1, which is not modelled.
     pub fn halt_for(&mut self, cycles: u64) {
         self.shared.chip().unit(WATCHDOG).pause(cycles);
         self.shared.touched.store(true, Relaxed);
         self.hold_off(self.now, cycles);
     }
 
-    /// Moves TIMER0 forward by this number of counts, together with its compare registers, so its next events stay as
-    /// far away as before. Tests use it to reach the wrap of a count without emulating the time until then.
+    /// Moves TIMER0 forward by this number of counts, together with its compare registers, so the time until its next
+    /// events does not change. Tests use this function to reach the wrap of a count without emulating the time until
+    /// then.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`], because events may be due now.
@@ -133,8 +134,8 @@ impl Board {
         self.memory.write(address, bytes).ok_or_else(outside)
     }
 
-    /// Replaces the main loop with an endless loop with interrupts enabled, until the next reset. Tests use it to check
-    /// the watchdog. If the core sleeps, the endless loop begins when an interrupt wakes the core.
+    /// Replaces the main loop with an endless loop until the next reset. Interrupts are enabled in this loop. Tests
+    /// check the watchdog with it. If the core sleeps, the endless loop begins when an interrupt wakes the core.
     ///
     /// # Errors
     /// Returns the same errors as [`Board::run_for`], because the board runs until no handler is active.

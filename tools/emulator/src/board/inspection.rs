@@ -33,7 +33,7 @@ impl Board {
     /// Writes a peripheral's register, with the same effects as a write by the firmware. For tests without firmware.
     ///
     /// # Errors
-    /// Returns an error if the register is not modelled.
+    /// Returns an error if the register or the value is not modelled, or if the model rejects the write.
     pub fn set_register(&mut self, address: u32, value: u32) -> Result<()> {
         self.access(|chip| chip.write(address, value))
     }
@@ -66,7 +66,7 @@ impl Board {
     /// Returns the word at a symbol.
     ///
     /// # Errors
-    /// Returns an error if there is no such symbol.
+    /// Returns the same errors as [`Image::symbol`], and an error if the symbol is neither in flash nor in RAM.
     pub fn word(&self, symbol: &str) -> Result<u32> {
         let address = self.image.symbol(symbol)?.address;
         let nowhere = || Error(format!("`{symbol}` is not in memory"));
@@ -76,7 +76,7 @@ impl Board {
     /// Watches the word at a symbol from now on. Returns the number that identifies this watch in [`Trace::changes`].
     ///
     /// # Errors
-    /// Returns an error if there is no such symbol.
+    /// Returns the same errors as [`Board::word`].
     pub fn watch(&mut self, symbol: &str) -> Result<usize> {
         let address = self.image.symbol(symbol)?.address;
         let value = self.word(symbol)?;

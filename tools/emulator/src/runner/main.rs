@@ -26,7 +26,7 @@ struct Arguments {
     #[arg(long, value_name = "-|pty", default_value = "-", value_parser = ["-", "pty"])]
     input: String,
 
-    /// Show each change of a word in RAM, given by its symbol: its bytes, the lowest address first
+    /// Show each change of the word at SYMBOL in RAM, as four bytes, the lowest address first
     #[arg(long, value_name = "SYMBOL")]
     watch: Vec<String>,
 }
@@ -90,8 +90,8 @@ fn open(name: &str) -> Result<Receiver<std::io::Result<Vec<u8>>>> {
     Ok(pieces)
 }
 
-/// Opens a new pseudo-terminal and returns its far end. Prints the name of its near end, which can
-/// be opened as a serial port.
+/// Opens a new pseudo-terminal and returns its master end. Prints the name of its slave end, which can be opened as a
+/// serial port.
 #[cfg(unix)]
 fn pseudo_terminal() -> Result<std::fs::File> {
     use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
@@ -103,8 +103,8 @@ fn pseudo_terminal() -> Result<std::fs::File> {
     tcsetattr(&ends.slave, SetArg::TCSANOW, &attributes)?;
     let name = nix::unistd::ttyname(&ends.slave)?;
     eprintln!("the board's serial port is {}; Ctrl-C ends", name.display());
-    // Keep the near end open in this program. Otherwise reading would end when a writer closes the near end, before the
-    // next writer opens it.
+    // Keep the slave end open in this program. Otherwise reading would end when a writer closes the slave end, before
+    // the next writer opens it.
     std::mem::forget(ends.slave);
     Ok(ends.master.into())
 }

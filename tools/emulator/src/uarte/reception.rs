@@ -57,7 +57,7 @@ pub(crate) struct Reception {
     again_at: Option<u64>,
 }
 
-/// An action of the receiver, and the instant at which it takes place, if it is pending.
+/// An action of the receiver, and the instant at which a pending action takes place.
 type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
 
 impl Reception {

@@ -20,7 +20,7 @@ pub(crate) struct Transmission {
 
 impl Transmission {
     pub(crate) fn new() -> Self {
-        // The transmitter is never disabled.
+        // Disabling the transmitter is not modelled.
         let enable = Access::Plain(ENABLED..=ENABLED);
         let registers = registers(TXD_PTR, enable);
         Self {
@@ -76,7 +76,7 @@ impl Peripheral for Transmission {
         self.sending.map(|(_, ends_at)| ends_at)
     }
 
-    /// Ends a byte.
+    /// Ends a byte. Sends the next byte, or raises ENDTX after the last one.
     fn advance(&mut self, context: &mut Context) {
         let Some((mut transfer, _)) = self.sending.take() else {
             return;

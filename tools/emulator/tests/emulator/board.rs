@@ -46,7 +46,6 @@ fn ticking_in(main: &[u16]) -> Board {
         },
     ];
     let mut board = booted(board_with(main, &handler, symbols));
-    // Every 100 us.
     for (register, value) in [
         (0x508, 3),
         (0x510, 4),

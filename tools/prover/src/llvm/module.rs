@@ -189,7 +189,7 @@ impl Block {
 }
 
 impl Constant {
-    /// Appends a type and a value of this type. rustc writes any padding explicitly.
+    /// Parses a type and a value of this type, and appends the value's bytes. rustc writes any padding explicitly.
     fn append(&mut self, at: &mut Cursor) -> Result<()> {
         let end = self.bytes.len() + usize::try_from(at.of_type()?.size())?;
         match at.next()? {

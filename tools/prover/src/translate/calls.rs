@@ -203,7 +203,7 @@ fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> Strin
 }
 
 /// Returns the length of a text from the argument after its address. In `fmt::Arguments` without arguments, this
-/// argument is a pointer whose bits are twice the length plus one.
+/// argument is a pointer with the value `2 * length + 1`.
 fn text_length(of: &Type, number: i128) -> Option<i128> {
     match of {
         Type::Pointer => (number > 1 && number % 2 == 1).then_some(number / 2),

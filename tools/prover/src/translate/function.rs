@@ -218,8 +218,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.panic_message(&call.tokens, &given).map(Some)
     }
 
-    /// Returns C code that jumps to the block `to`. Before the jump, the code stores the values that this block takes
-    /// from the block `from`.
+    /// Returns C code that jumps to the block `to`. Before the jump, the code stores the values of `to`'s phis for a
+    /// jump from the block `from`.
     fn jump(&mut self, from: usize, to: &str, graph: &Graph) -> Result<String> {
         let (target, block) = graph.block(to)?;
         let mut text = String::new();

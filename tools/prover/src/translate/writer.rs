@@ -21,7 +21,7 @@ pub(super) struct FunctionWriter<'p, 'm> {
 /// An operand of an operation.
 pub(super) struct Operand<'a> {
     pub(super) of: Type,
-    /// The operand's first token. If the operand is a name or a number, this is its only token.
+    /// The operand's first token. For `inttoptr`, the first token of its argument. A name or number is a single token.
     pub(super) token: &'a Token,
     /// The C expression.
     pub(super) text: String,

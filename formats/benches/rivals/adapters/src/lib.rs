@@ -1,5 +1,5 @@
 //! The crates that are compared with framelock, behind one interface. An adapter uses its crate as the crate's
-//! documentation shows, and adds nothing.
+//! documentation shows, and adds only what the crate leaves to its user.
 #![no_std]
 #![allow(
     clippy::doc_markdown,
@@ -287,7 +287,7 @@ pub mod mavlink2 {
         KnownMessage::with_extra(253, 83, 54),
     ];
 
-    /// The same messages for `mavlink-core`, which does not decode the frames.
+    /// The known messages as a dialect of `mavlink-core`. Frames are not decoded.
     struct Known;
 
     impl Dialect for Known {

@@ -70,7 +70,7 @@ impl<C: adapters::Contender> Receiver for Rival<C> {
     }
 }
 
-/// A receiver that does nothing. The benchmark subtracts its cost from the costs of the others.
+/// A receiver that does nothing. The benchmark subtracts its sizes, and its cycles per frame, from those of the others.
 struct Nothing;
 
 impl Receiver for Nothing {

@@ -136,7 +136,7 @@ fn index_out_of_bounds() {
 fn read_out_of_bounds() {
     let bytes: [u8; 7] = kani::any();
     let index: usize = kani::any_where(|&index| index <= 7);
-    // This read is out of bounds, and the prover must find it.
+    // For the index 7, this read is out of bounds. The prover must find it.
     let byte = unsafe { bytes.as_ptr().add(index).read() };
     kani::cover!(byte == 0x41);
 }

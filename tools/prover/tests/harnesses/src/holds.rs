@@ -48,7 +48,7 @@ fn what_is_left_out_never_is() {
     kani::cover!(byte == 4, "the least that may be");
 }
 
-/// Covers may be in a function that the harness calls, and the harness may end with them.
+/// Contains the covers of the harness `covers_in_a_function`, which ends with a call of this function.
 fn ends(byte: u8) {
     if byte > 1 {
         assert!(byte.checked_sub(1).is_some());
@@ -75,7 +75,7 @@ fn bound_that_is_enough() {
     kani::cover!(sum == 16 * 255);
 }
 
-/// Compares the processor's bit instructions with calculations bit by bit.
+/// Compares operations on bits, such as counting ones, with calculations bit by bit.
 #[kani::proof]
 #[kani::unwind(17)]
 fn operations_on_bits_are_as_they_are_defined() {
