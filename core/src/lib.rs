@@ -25,7 +25,7 @@
 //! assert_eq!(current, Some(40_000));
 //! ```
 //!
-//! [`BufferedReceiver`] receives longer frames and frames of any length.
+//! [`BufferedReceiver`] receives frames that are longer than 16 bytes, or have several lengths.
 //!
 //! # In an interrupt
 //!

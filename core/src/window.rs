@@ -280,8 +280,8 @@ impl<F: FrameBytes> Window<F> {
     /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The outcomes and
     /// their order are those of [`push_with`](Self::push_with), however a stream is cut into slices.
     ///
-    /// As long as the rest of the slice is at least as long as a [`Word`], the function compares the slice's own bytes
-    /// with the shape, and the window stays empty. Only bytes at the slice's two ends go through the window.
+    /// The first bytes go through the window until it has no byte from before the slice. Then the function compares the
+    /// slice's own bytes with the shape. When less than a [`Word`] is left, the bytes go through the window again.
     #[inline]
     pub(crate) fn feed(
         &mut self,

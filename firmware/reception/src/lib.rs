@@ -132,8 +132,8 @@ struct SinceByte {
 /// The state of the reception.
 ///
 /// If a byte waits in the FIFO when a transfer is opened, the UARTE stores it within `NONE_WAITS` (assumption A1).
-/// `GAP` is the time since STARTRX at which the current frame ends: the length of a silence plus the duration of the
-/// byte that ends it.
+/// `GAP` is the time since STARTRX from which a round reports a gap: the length of a silence plus the duration of the
+/// byte after the silence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,

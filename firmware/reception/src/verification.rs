@@ -45,10 +45,10 @@
 //! The proof makes these assumptions about the chip. The self-test's table has rows for them, except for a parity
 //! error:
 //!
-//! * A1. The reception sets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a time a
+//! * A1. The reception resets the timer to 0 when it opens a transfer, and when it begins a drain. If at such a reset a
 //!   byte waits and a transfer is open, the byte is stored before the timer reaches `NONE_WAITS`. If the byte looks
 //!   like no byte, its ENDRX also comes before the timer reaches `NONE_WAITS`, or never. The ENDRX of a byte with
-//!   another value may be late by any amount of time, or lost. A byte that begins to wait after such a time may be
+//!   another value may be late by any amount of time, or lost. A byte that enters the FIFO after such a reset may be
 //!   stored at any later time. There is one exception: if a corrupted byte is stored, as with a parity error, its error
 //!   begins a drain. The byte is stored before the timer of this drain reaches `NONE_WAITS`. In the model, a byte and
 //!   its error arrive together.

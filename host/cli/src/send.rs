@@ -149,8 +149,8 @@ impl Arguments {
         self.line.as_os_str() != "-"
     }
 
-    /// Checks that the source can give these frames. If they have setpoints, checks that a port is fast enough, and
-    /// returns true, so that the axes can be parked.
+    /// Checks that the source can give these frames. Returns true if the frames have setpoints, because only then can the
+    /// axes be parked. If such frames go to a port, also checks that the port is fast enough.
     fn check_frames(&self) -> Result<bool> {
         if self.frame.has_setpoints() {
             if self.is_port() {

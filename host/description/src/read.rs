@@ -404,8 +404,8 @@ fn bounds(all: &Entries, length: Length, parts: usize) -> Result<(usize, usize),
     Ok((shortest, *longest.get_ref()))
 }
 
-/// Returns the bits that are the same in every frame. The second list has, for each element of the first one, the
-/// position in the description's text of the value that fixes these bits.
+/// Returns the bits that are the same in every frame, and a second list of the same length: where the description's
+/// text has the value of these bits.
 fn fixed_bits(fields: &[ReadField]) -> (Vec<FixedBits>, Vec<Range<usize>>) {
     let constant = fields.iter().filter(|read| read.field.constant.is_some());
     let bits = constant.flat_map(|ReadField { field, value, .. }| {

@@ -58,7 +58,7 @@ impl Format for OwnFrame {
 }
 
 /// Writes the frame with these values into the buffer, and returns it.
-pub fn encode(motor: Motor, into: &mut [u8; 6]) -> &[u8] {
+pub fn encode(motor: Motor, into: &mut [u8; OwnFrame::LONGEST]) -> &[u8] {
     let [low, high] = motor.angle.to_le_bytes();
     let frame = match motor.temperature {
         Some(temperature) => {

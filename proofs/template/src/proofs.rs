@@ -1,5 +1,8 @@
 //! Theorems about the format, each for all inputs. `cargo kani` or the offline prover checks them. The theorems about
 //! `BufferedReceiver` hold for every format that keeps the laws, so `laws` shows that they hold for this format, too.
+//!
+//! The number in `kani::unwind` bounds the repetitions of each loop. For a layout, the longest frame plus 2 is enough.
+//! If the number is too small, the proof fails, and says so.
 
 use framelock::{Classification, Format};
 

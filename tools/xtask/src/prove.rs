@@ -174,7 +174,7 @@ impl Prover {
         self.named(&[])
     }
 
-    /// Returns the complete names of the harnesses that these names, or parts of names, choose.
+    /// Returns the complete names of the harnesses that contain one of `names`, or of all harnesses if `names` is empty.
     fn named(&self, names: &[String]) -> Result<Vec<String>> {
         let harnesses: Vec<Harness> = self.offline("list", names)?;
         Ok(harnesses.into_iter().map(|one| one.name).collect())

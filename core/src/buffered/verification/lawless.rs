@@ -113,7 +113,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, something_is_decided);
 
-/// `push` loses no byte. Afterwards the new byte, and each byte that was pending, is either in an event or pending.
+/// `push` loses no byte. Afterwards the new byte, and each byte that was pending, is delivered, discarded or pending.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
@@ -131,7 +131,7 @@ fn pushed_byte_is_placed<const L: usize, const N: usize>() {
 }
 for_longest!(push, pushed_byte_is_placed: of_1 1 2 3 of_3 3 5 6 of_5 5 5 6);
 
-/// `take` puts the first bytes of the slice into one event, or leaves the whole slice pending.
+/// `take` delivers or discards the first bytes of the slice together, or leaves the whole slice pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), 0);

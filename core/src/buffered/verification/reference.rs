@@ -68,9 +68,9 @@ fn events<const L: usize, const P: usize>(
     log
 }
 
-/// 13d to 13f, for the reference. A frame is in the stream if the format recognises it in the bytes from its first
-/// place on. At a line event this includes the frames that only `classify_before` recognises. For each frame in the
-/// stream, one of three things holds:
+/// 13d to 13f, for the reference. A frame is in the stream if the format recognises the frame in the bytes from the
+/// frame's first byte on, at a line event also with `classify_before` only. For each frame in the stream, one of three
+/// things holds:
 ///
 /// * The frame is delivered.
 /// * A delivered frame begins earlier and shares bytes with the frame.

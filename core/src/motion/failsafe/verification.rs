@@ -603,8 +603,8 @@ mod check {
         kani::cover!(before.axes[0].is_live && before.has_frame, "frame");
     }
 
-    /// An axis is live only if the approach has lasted long enough. The time of the approach begins with the poll that
-    /// takes the frame that completes the row, and a poll counts for at most `longest_step`.
+    /// An axis is live only if the approach has lasted long enough. An approach begins when a poll takes the last of
+    /// the `frames_to_start` frames. Each later poll adds its elapsed time, but at most `longest_step`.
     pub(super) fn approach_is_slow<D: Demand + kani::Arbitrary, const AXES: usize>() {
         let Step {
             before,

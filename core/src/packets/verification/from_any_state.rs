@@ -38,7 +38,7 @@ impl<K: Kind> PacketFormat for Unasked<K> {
     }
 }
 
-/// Returns whether a packet begins with this code here, or would begin here if the packet that has begun earlier is
+/// Returns whether `code`, the last byte, begins a packet, also if it begins one only because an earlier packet is
 /// rejected.
 fn is_at_a_beginning<F: PacketFormat>(receiver: &Receiver<'_, F>, code: u8) -> bool {
     let Stuffing::Doubled { escape, start, .. } = receiver.format.stuffing() else {

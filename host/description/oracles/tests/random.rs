@@ -159,8 +159,8 @@ const EVENTS: [&str; 5] = [
     "parity error",
 ];
 
-/// Replays the corpus of the fuzz target `description`. The corpus describes frames that end in each way, and has texts
-/// that are rejected.
+/// Replays the corpus of the fuzz target `description`. It has descriptions with each way in which frames can end, and
+/// texts that are rejected.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fuzz/corpus/description");
