@@ -153,7 +153,7 @@ own_proof() {
     mkdir "$1"
     cp -r proofs/template/src "$1"
     sed "s|\.\./\.\.|$PWD|" proofs/template/Cargo.toml > "$1/Cargo.toml"
-    echo "$1: change src/lib.rs to your frame, and run in this folder: cargo kani"
+    echo "Change src/lib.rs and src/proofs.rs to your frame. Then run: cd $(realpath "$1") && cargo kani"
     echo "or without Kani: cargo run --manifest-path $PWD/Cargo.toml -p framelock-offline-prover -- --package own-frame"
     echo "Add --harness NAME to either command to check one theorem."
 }
