@@ -59,16 +59,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     for arrival in arrivals {
         let Arrival { bytes, event, .. } = arrival?;
+        let mut write = |row: &mut dyn FnMut(&mut Machine) -> [String; 2]| {
+            let rows: Vec<_> = machines.iter_mut().map(row).collect();
+            write_rows(&mut out, &policies, &rows, named)
+        };
         for byte in bytes {
-            let rows = machines.iter_mut().map(|machine| machine.push(byte, width));
-            let rows: Vec<_> = rows.collect();
-            write_rows(&mut out, &policies, &rows, named)?;
+            write(&mut |machine| machine.push(byte, width))?;
         }
         if let Some(event) = event {
-            let rows = machines.iter_mut();
-            let rows = rows.map(|machine| machine.line_event(event, &event.to_string(), width));
-            let rows: Vec<_> = rows.collect();
-            write_rows(&mut out, &policies, &rows, named)?;
+            write(&mut |machine| machine.line_event(event, &event.to_string(), width))?;
         }
         out.flush()?;
     }
