@@ -1,4 +1,4 @@
-//! Passes the linker scripts to the linker: the memory map, and the sections of cortex-m-rt and of defmt.
+//! Passes the linker scripts to the linker: the memory map, the sections of cortex-m-rt and, if in use, of defmt.
 
 use std::path::PathBuf;
 use std::{env, fs, io};

@@ -1,4 +1,4 @@
-/* A failsafe between a receiver and actuators. It bounds the speed of the actuators, and moves them safely when frames
+/* A failsafe between a receiver and actuators. It bounds the speed of the actuators, and moves them slowly when frames
  * stop and when they come again.
  * This is version 0.1.0 of framelock.
  * SPDX-License-Identifier: 0BSD
@@ -28,12 +28,12 @@
  *   failsafe_frame(&platform, demands);                 for each frame
  *   phase = failsafe_poll(&platform, now, output);      at regular times; then set the actuators
  *
- * Two consecutive outputs of an axis differ by at most failsafe_most_per_poll units, which is at most a quarter of the
- * travel, and by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever
- * bytes come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a silence of
- * hold_after, a single frame moves nothing, and several frames in a row start a slow approach. Only failsafe_poll moves
- * the output, so poll in one place. The failsafe is no safety function: it cannot bound the output if the program
- * crashes.
+ * Two consecutive outputs of an axis differ by at most failsafe_most_per_poll units (at most a quarter of the travel,
+ * rounded up), and by no more than the axis's speed allows for the time that has passed. This holds in every phase,
+ * whatever bytes come, whatever the clock does, and whenever you poll. If time stands still, nothing moves. After a
+ * silence of hold_after, a single frame moves nothing, and frames_to_start frames in a row start a slow approach. Only
+ * failsafe_poll moves the output, so poll in one place. The failsafe is no safety function: it cannot bound the output
+ * if the program crashes.
  *
  * failsafe_frame and failsafe_poll write the same memory, so neither may interrupt the other. If an interrupt receives
  * frames and a task of another priority polls, pass the demands through a shared variable with a flag, and call both
@@ -41,9 +41,9 @@
  *
  * The time `now` is a counter that may wrap. Poll again before half of its range has passed.
  *
- * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of
- * these files, and as 0 in the others, before they include this header. Then the program contains only one copy of the
- * code. */
+ * By default, all functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in
+ * one of these files, and as 0 in the others, before they include this header. Then the program contains only one copy
+ * of the code. */
 #ifndef FAILSAFE_H
 #define FAILSAFE_H
 
@@ -81,7 +81,7 @@ typedef struct {
     uint32_t ramp_after; /* silence after which the output moves to park: at least hold_after */
     uint8_t frames_to_start; /* frames in a row that end a silence: at least 2; between two polls they count as one */
     uint32_t approach_for; /* the shortest time of an approach: at least 1 */
-    uint32_t approach_travel; /* the time for the whole travel in an approach and to park: at least live_travel */
+    uint32_t approach_travel; /* time for the whole travel, in an approach and to park: live_travel to UINT32_MAX / 2 */
     uint32_t live_travel; /* the time for the whole travel of a live axis: at least four times longest_step */
 } failsafe_parameters;
 
@@ -191,7 +191,8 @@ static inline uint32_t failsafe_way(failsafe_speed speed, uint32_t elapsed)
     return (way < speed.per_poll) ? (uint32_t)way : speed.per_poll;
 }
 
-/* Adds the time since the last poll to the timers, and takes the frame that has come since then. Returns the time. */
+/* Adds the time since the last poll to the timers, and takes the frame that has come since then. Returns the
+ * elapsed time, which is 0 at a clock fault. */
 static inline uint32_t failsafe_pass(failsafe *self, uint32_t now)
 {
     const failsafe_parameters *const parameters = &self->parameters;

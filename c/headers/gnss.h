@@ -15,9 +15,9 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + gnss_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. All functions are `static inline`. If
- * several source files need the functions, define GNSS_DEFINITIONS as 1 in one of these files, and as 0 in the
- * others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
+ * inline`. If several source files need the functions, define GNSS_DEFINITIONS as 1 in one of these files, and as
+ * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
 #ifndef GNSS_H
 #define GNSS_H
 
@@ -534,7 +534,7 @@ static inline bool gnss_starts(uint8_t byte)
     return gnss_ubx_starts(byte) || gnss_nmea_starts(byte) || gnss_rtcm_starts(byte);
 }
 
-/* Classifies bytes by the first kind that does not reject them. */
+/* Classifies bytes by the kind whose frames begin with the first byte. */
 static inline gnss_outcome gnss_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     gnss_outcome outcome;

@@ -106,8 +106,8 @@ void c_set(uint8_t place, uint8_t byte)
     bytes[place] = byte;
 }
 
-/* Returns 8 for a frame and 9 for incomplete bytes. For rejected bytes, returns the index of the reason in the order of
- * the Rust receiver's counters. */
+/* Returns 8 for a frame and 9 for incomplete bytes. For rejected bytes, returns the index of the reason in
+ * RUST_REASONS. */
 static uint8_t in_rust(X(outcome) outcome)
 {
     static const X(outcome) reasons[] = RUST_REASONS;

@@ -1,5 +1,6 @@
-/* The receiver that harnesses in Rust step, and its counters. The including file defines RUST_REASONS: for each reason
- * that the Rust receiver counts, in the order of the Rust counters, the reason's name in C, or NONE. */
+/* The receiver on which the Rust harnesses perform steps, and its counters. The including file defines RUST_REASONS:
+ * the C names of the reasons to discard bytes, in the order of `counters` in src/windows.rs, and for packets also
+ * BROKEN_STUFFING as the last. NONE stands for a reason that the header does not have. */
 static X(receiver) receiver;
 static X(message) message;
 
@@ -15,7 +16,7 @@ static uint32_t placed(const X(counters) *counters)
     return sum;
 }
 
-/* Returns the counter with this number, in the order of the Rust receiver's counters. */
+/* Returns the counter with this number, in the order of `counters` in src/windows.rs. */
 uint32_t c_counter(uint8_t place)
 {
     static const X(outcome) reasons[] = RUST_REASONS;

@@ -176,8 +176,12 @@ static bool is_in_buffer(void)
 
 PROOF(init, TURNS)
 {
+    any_receiver any;
+
+    receiver = any;
     any_init(&receiver);
-    ASSERT(invariant() && any_pending(&receiver) == 0U);
+    ASSERT(invariant() && any_pending(&receiver) == 0U && !receiver.is_lost);
+    ASSERT(receiver.counters.bytes == 0U && placed() == 0U && receiver.counters.frames == 0U);
 }
 
 PROOF(push, TURNS)

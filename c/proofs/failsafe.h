@@ -1,8 +1,8 @@
 /* Proofs about the failsafe. A file that runs these proofs includes the failsafe's header and then this file. The
  * proofs cover all parameters that `init` accepts, and a call in any state that satisfies the invariant, at any time.
  * The harness of `init` is an exception: its travel times are below 256, or so long that `init` rejects them. The
- * proofs show that the call accesses only memory that it may access, does not overflow, and keeps the invariant. They
- * also show that, from one call of `poll` to the next, the output of an axis changes by at most
+ * proofs show that the call accesses only memory that it may access, has no signed overflow, and keeps the invariant.
+ * They also show that, from one call of `poll` to the next, the output of an axis changes by at most
  * `failsafe_most_per_poll`. */
 #define NAME failsafe
 #define UPPER FAILSAFE

@@ -2,8 +2,8 @@
  * memory that it may access, does not overflow, and keeps the invariant. They also show that the step gives each byte
  * exactly one outcome or leaves the byte pending, and that the receiver delivers each packet that `encode` writes.
  *
- * The packets have up to three bytes. The file of a stuffing includes the header, defines NAME and UPPER, the prefixes
- * of the header's names, and includes this file. */
+ * The packets have up to three bytes: slip.c and cobs.c define the header's LONGEST as 4, and include the header. Then
+ * they define NAME and UPPER, the prefixes of the header's names, and include this file. */
 #include "proof.h"
 #define RUST_REASONS \
     {XX(NO_SYNC), NONE, NONE, XX(TOO_LONG), NONE, NONE, NONE, XX(LINE_EVENT), XX(BROKEN_STUFFING)}

@@ -84,7 +84,7 @@ fn build(sketch: &str, here: &Path) -> PathBuf {
 /// The time of a byte at 115 200 baud, in microseconds. simavr counts eleven bits for a byte.
 const BYTE: u32 = 95;
 
-/// The events that `board.c` reads: bytes on the serial line, and resets.
+/// The events that `board.c` reads: bytes on the serial line, resets, and the end of the run.
 struct SerialLine {
     events: String,
     now: u32,
@@ -171,7 +171,7 @@ struct Change {
     value: u32,
 }
 
-/// The end of a pulse, and the servo's position as units of demand.
+/// The time at which a pulse ends, and the servo's position in units of demand.
 #[derive(Clone, Copy, Debug)]
 struct Pulse {
     time: u32,
@@ -455,7 +455,7 @@ fn the_crsf_receiver_ignores_further_bytes_of_the_payload() {
         at.push((line.now, brightness));
     };
     send(&payload[..22], 992 / 8);
-    // Channel 1 is 1811 in these frames.
+    // Channel 1 is 1811 in the next frame.
     payload[..2].copy_from_slice(&[0x13, 0x07]);
     send(&payload, 1811 / 8);
     payload[..2].copy_from_slice(&[0xAC, 0x00]);

@@ -120,8 +120,8 @@ pub(crate) fn include_headers() -> String {
 }
 
 /// Returns a command that compiles with this compiler, or copies the output from the build folder if the same command
-/// has compiled the same source before. Give the command only relative paths, so that it is the same in each temporary
-/// folder.
+/// has compiled the same source before. If the source lies in a temporary folder, give a relative path, so that the
+/// command is the same in each temporary folder.
 pub(crate) fn cached(compiler: &str) -> Command {
     let mut command = Command::new("ccache");
     command.arg(compiler);

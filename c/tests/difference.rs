@@ -1,5 +1,5 @@
 //! Tests that a generated C receiver and the Rust receiver deliver the same frames on the same faulty streams. After
-//! each step, both receivers must have the same counters and the same pending bytes.
+//! each step, both receivers must have the same counters and the same number of pending bytes.
 
 use std::fs;
 use std::path::Path;
@@ -194,8 +194,8 @@ impl Case {
         self.steps.iter().flat_map(Step::encode).collect()
     }
 
-    /// Asserts that frames, line events and discarded bytes occur. Without all three, the comparison would prove
-    /// nothing.
+    /// Asserts that frames and each kind of line event occur, and discarded bytes if the format can reject bytes.
+    /// Without them, the comparison would prove nothing.
     fn demand_that_all_happened(&self, reference: &Reference) {
         let (name, counters) = (&self.name, reference.counters());
         let frames = counters[1];
@@ -299,7 +299,7 @@ impl Reference {
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
-            // With neither a sync nor a checksum, each terminator ends a frame, so no byte is discarded.
+            // With neither a sync nor a checksum, each terminator ends a frame, so no byte is rejected.
             can_fail: layouts.any(|it| it.sync.length > 0 || it.checksum.is_some()),
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
@@ -459,7 +459,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
                 .filter(|_| random.random_range(0..8) > 0)
                 .map(Step::Event),
         );
-        // An event may come at any place, often directly after the first byte.
+        // An event may come at any place, often directly before or after the first byte.
         let cut = [0, 1, random.random_range(0..=piece.len())][random.random_range(0..3)];
         let cut = (random.random_range(0..8) == 0).then_some(cut);
         for (at, byte) in piece.into_iter().enumerate() {

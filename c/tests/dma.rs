@@ -1,4 +1,4 @@
-//! Simulates a UART with a circular DMA, byte by byte, for the programs in C and in Rust. Interrupts are late.
+//! Simulates a UART with a circular DMA, byte by byte, for the programs in C and in Rust. Interrupts may be late.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -27,11 +27,11 @@ use crate::headers;
 #[path = "../../core/examples/dma.rs"]
 mod in_rust;
 
-/// Steps of the simulation: a kind, and a number. `stm32_dma.c` lists them.
+/// Steps of the simulation: a kind, and a number. `stm32_dma.c` beside this file lists them.
 type Steps = Vec<[u8; 2]>;
 
-/// The time of a byte in microseconds. With this time, both programs report a pause after the same number of byte
-/// times.
+/// The time of a byte for the program in Rust, in microseconds. With this time, both programs report a pause after the
+/// same number of byte times.
 const BYTE_TIME: u32 = 120;
 
 /// The time between two calls by the timer, and the shortest reported pause. These and the following constants are
@@ -215,7 +215,7 @@ impl Stream {
     /// Sends a frame with channels, but at most its first `length` bytes. If the frame is cut off, a long pause
     /// follows. `silence` returns the silence before each byte except the first.
     fn send(&mut self, length: usize, mut silence: impl FnMut() -> usize) {
-        // The payload is different for each frame, and no byte of it can begin a frame.
+        // Each whole frame has a different payload, and no byte of the payload can begin a frame.
         let number = u8::try_from(self.frames.len() % 100 + 1).unwrap();
         let mut payload = [0x55; 23];
         payload[..2].copy_from_slice(&[number, 0x20]);

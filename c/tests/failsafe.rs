@@ -145,7 +145,7 @@ fn parameters<D: Demand, const AXES: usize>(
     if random.random_range(0..4) == 0 {
         return FailsafeParameters::for_clock(1_000_000, 2_000, park);
     }
-    // Half of these trials have short times.
+    // At least half of these trials have short times.
     let unit = *[1, 1, most / 50, 10_000_000].choose(random).unwrap();
     let mut time = |least: u32, most: u32| match random.random_range(0..60) {
         0 => least.saturating_sub(1),

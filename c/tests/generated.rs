@@ -22,7 +22,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::compilers::{CLANGXX, GCC, assert_same, succeeds};
 use crate::descriptions::{forms, others};
 
-/// A description, the code generated from it, and the expected output of this code for a stream.
+/// A description, a stream, and the output that the generated code must print for the stream.
 struct Case {
     name: String,
     description: Description,
@@ -163,7 +163,8 @@ struct RawValues {
     is_rounded: bool,
 }
 
-/// Returns the values of a frame. Returns `None` if a value is no number, or if a text differs from its pattern.
+/// Returns the values of a frame. Returns `None` if a value is no number or does not fit, or if a text differs from its
+/// pattern.
 fn raw_values(kind: &Kind, frame: &[u8]) -> Option<RawValues> {
     let (mut raw, mut parts) = (kind.clone(), kind.clone());
     for field in &mut raw.fields {
@@ -261,7 +262,7 @@ fn bytes(bytes: &[u8]) -> String {
 }
 
 /// Returns a value as the generated code represents it: the unscaled value in the frame. Returns `None` if the value is
-/// no number.
+/// no number, or does not fit.
 fn said(field: &Field, value: Value, is_rounded: &mut bool) -> Option<String> {
     Some(match value {
         Value::Unsigned(number) if field.text.is_some() => {
@@ -391,7 +392,7 @@ const LIBRARY: &str = "//! Generated.
 ";
 
 /// Compiles the modules as a library without `std`, and runs a program that uses the library. clippy must find nothing
-/// in the library, and rustfmt must find nothing in the modules of the shipped descriptions.
+/// in the library, and rustfmt must find nothing in the modules of the shipped descriptions and of two others.
 fn in_rust(cases: &[Case]) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("generated");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -1,6 +1,6 @@
 /* The part of the firmware that the programs in docs/c.md do not contain. Reads steps of two bytes from standard input.
- * The step {0, byte} is a received byte, and {1, number} is any other event. Prints what the program does, and at the
- * end the numbers of frames, bytes and resynchronisations. */
+ * The comments below list the steps of each program. Prints what the program does, and at the end the numbers of
+ * frames, bytes and resynchronisations. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -83,8 +83,8 @@ void drive(const uint8_t *output)
 }
 
 /* Steps: {0, byte} is a received byte, {1, 0} is a byte with an error, and {1, n} with n > 0 advances the clock by n
- * milliseconds. {2, byte} is a byte that arrives while `control` runs in the next step, after it
- * has taken the mailbox. */
+ * milliseconds and calls `control`. {2, byte} is a byte that arrives during the next call of `control`, after this call
+ * has emptied the mailbox. */
 static void run(void)
 {
     int kind;

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::compilers::{GCC, assert_same};
 use crate::delivery::{PAGE, blocks};
 
-/// Two kinds of steps in `guide.c`: a received byte, and any other event.
+/// Kinds of steps in `guide.c`: a received byte, and an event, whose meaning depends on the program.
 const BYTE: u8 = 0;
 const EVENT: u8 = 1;
 
@@ -127,14 +127,14 @@ fn interrupt_handler_with_failsafe() {
     check(1, "-DINTERRUPT", &steps, &(text + &totals(line.counters())));
 }
 
-/// The programs that have a buffered receiver.
+/// The program with a ring buffer, and the program with a queue.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Buffer {
     Ring,
     Queue,
 }
 
-/// Returns the expected output, which consists of the texts that `say` returns for the frames.
+/// Returns the expected output: the text that `say` returns for each frame, and then the totals.
 fn expected(
     buffer: Buffer,
     description: &Description,

@@ -1,5 +1,5 @@
-//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares the digests of these
-//! receivers with those of the Rust receivers, and measures sizes and cycles.
+//! Runs generated receivers on an emulated Cortex-M4 and on simavr's AVRs. Compares the digests of these receivers with
+//! those of the Rust receivers, and measures sizes and cycles.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -116,7 +116,7 @@ fn check_on_m4(bytes: usize) {
     }
 }
 
-/// Compares the counters first, because they say how the receivers differ, and then the digest of all frames.
+/// Compares the counters first, because they show how the receivers differ, and then the digest.
 fn check_on_avr(bytes: usize) {
     for (name, text) in SHIPPED.iter().copied().chain([other("short_ubx")]) {
         // The `ATmega328P` has 2 KiB of RAM, and the `ATmega2560` has 8 KiB. Some receivers need a smaller buffer.
@@ -226,8 +226,8 @@ fn figures_are_as_the_page_says() {
             .to_owned();
     // The longest sentence, with a wrong checksum. Only its first byte can begin a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
-    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. `push` delivers no frame
-    // of Modbus RTU, because silence ends it.
+    // Each row has the bytes that the worst stream repeats. The clean stream repeats a frame. The cycles for
+    // Modbus RTU are not measured, because `push` never delivers its frames.
     for (name, kind, text, worst) in [
         ("BIN", "bin", shipped("bin").unwrap(), &b"AB"[..]),
         ("CRSF", "crsf", shipped("crsf").unwrap(), &[0xC8, 0x3C]),

@@ -1,6 +1,6 @@
-//! Tests that a C function which refuses a call changes neither the receiver, nor the message, nor the buffer for a
-//! frame. Only `encode` of packets may write into the buffer. The program compares each of the three with a copy from
-//! before the call.
+//! Tests what a call in C leaves unchanged. A `push` that finds no frame does not change the message. A `poll` that can
+//! decide nothing changes neither the message nor the receiver. A refused `encode` also writes nothing into the buffer
+//! for a frame, unless the frame is a packet. The program compares all of these with copies from before the call.
 
 use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;

@@ -1,6 +1,6 @@
-/* Calls all functions of a receiver, or only `init` and `push`, so that a test can measure their code. The receiver and
- * the message are only declared here, because the test compiles this file without linking it. `receiver_size` states
- * the size of a receiver. */
+/* Calls `init` and `push` of a receiver, so that a test can measure their code. COMPLETE adds `pending`, `line_event`
+ * and, if the receiver has it, `poll`. ENCODE adds `encode`. The receiver and the message are only declared here,
+ * because the test compiles this file without linking it. `receiver_size` states the size of a receiver. */
 #include "receiver.h"
 
 extern F(receiver) receiver;

@@ -1,5 +1,5 @@
 /* Simulates a UART and its DMA, byte by byte, for c/examples/stm32_dma.c. Reads steps of two bytes from standard input.
- * Prints the channels and the line events. With USART_CR3_DDRE, the chip stops the DMA at an error. */
+ * Prints channels, pauses, overruns and wrong checksums. With USART_CR3_DDRE, the chip stops the DMA at an error. */
 #include <stdio.h>
 #include <stdlib.h>
 

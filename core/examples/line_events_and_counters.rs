@@ -1,4 +1,4 @@
-//! Counts the outcome of every byte, and reacts when the UART reports an error or the line falls silent.
+//! Counts the outcome of every byte, and reports errors and pauses of the line to the receiver.
 //!
 //! `cargo run -p framelock --example line_events_and_counters`
 

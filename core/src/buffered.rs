@@ -8,7 +8,7 @@
 //!   └─────────┴─────────────────────┴───────┴─────────────┘
 //! ```
 //!
-//! The receiver stores each byte at `to`. While `to` is less than `ask_at`, the receiver does nothing else, because the
+//! The receiver stores bytes at `to`. While `to` is less than `ask_at`, the receiver does nothing else, because the
 //! format has asked for more bytes. When `to` reaches `ask_at`, the receiver asks the format about the pending bytes.
 //! Then one of three things happens:
 //!
@@ -17,7 +17,7 @@
 //! * The format needs more bytes to decide. The receiver sets `ask_at` to the value that `to` will have when these
 //!   bytes have come.
 //!
-//! When the buffer is full, the pending bytes move to its front.
+//! If new bytes do not fit at `to`, the pending bytes first move to the front of the buffer.
 
 use core::cell::Cell;
 use core::fmt::Debug;
@@ -40,7 +40,7 @@ mod verification;
 /// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
 /// full, the pending bytes move to its front. *False starts* are bytes that look like the start of a frame but are not
 /// one. If the buffer has only `LONGEST` bytes and the stream consists of false starts, the pending bytes move whenever
-/// a byte comes. If the buffer has twice `LONGEST` bytes, the receiver copies on average less than one byte per
+/// a byte comes. If the buffer has twice `LONGEST` bytes, the receiver moves on average less than one byte per
 /// received byte.
 ///
 /// Each frame is delivered as a [`Frame`]. The frame is decoded only when the program asks for the message.
@@ -58,9 +58,9 @@ mod verification;
 ///   frame's last byte, or with the next line event. In a stream without errors each frame is delivered with its last
 ///   byte, unless the format needs later bytes to recognise the frame. Choose the failsafe's times long enough for this
 ///   delay.
-/// * **Cost.** Each call of [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, whatever
-///   the stream. While the format waits for more bytes, `push` only stores the byte. The documentation of
-///   `framelock-formats` has a table with the cost per byte, in clean streams and in the streams that cost the most.
+/// * **Cost.** Each call of [`push`](Self::push) asks for at most one classification, of at most `LONGEST` bytes,
+///   whatever the stream. While the format waits for more bytes, `push` only stores the byte. The repository's
+///   `docs/rivals.md` has the cost per byte, for clean streams and for the most expensive known streams.
 /// * **Limits of every receiver.** If a false frame passes the format's check, the receiver delivers the false frame,
 ///   and loses each true frame that shares bytes with the false one. If the first bytes of a frame are lost, and bytes
 ///   of its payload look like a frame, the receiver delivers these bytes as a frame.
@@ -146,8 +146,8 @@ impl<F, B> BufferedReceiver<F, B> {
 impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Creates a receiver that keeps pending bytes in `buffer`: a borrowed slice, or a `Vec`.
     ///
-    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) frame. If you can, make
-    /// the buffer twice as long as this frame.
+    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) frame, or if `longest` is
+    /// 0. If you can, make the buffer twice as long as this frame.
     #[must_use]
     pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();
@@ -156,8 +156,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
-    /// **A call asks the format at most once. So a call may leave bytes undecided, even a whole frame.** After a false
-    /// start, later calls classify these bytes in turn. Each call delivers at most one frame. If no byte follows
+    /// **A call asks for at most one classification. So it may leave bytes undecided, even a whole frame.** After a
+    /// false start, later calls classify these bytes in turn. Each call delivers at most one frame. If no byte follows
     /// soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
     /// [`line_event`](Self::line_event). Both also exist as steps of bounded cost: see [`poll_step`](Self::poll_step)
     /// and [`line_event_step`](Self::line_event_step).
@@ -203,7 +203,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Returns the next frame among the bytes that [`push`](Self::push) has left undecided.
     ///
-    /// Calls the format at most once for each pending byte. To spread this work over several calls, use
+    /// Asks for at most one classification for each pending byte. To spread this work over several calls, use
     /// [`poll_step`](Self::poll_step).
     pub fn poll(&mut self) -> Option<Frame<'_, F>> {
         self.next(&mut [].as_slice())
@@ -272,8 +272,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame. If no frame ends in the slice, takes the whole slice and returns `None`. Frames among the
+    /// Takes bytes from the front of the slice until it can deliver the next frame, and leaves the rest in the slice.
+    /// Returns the frame. If it can deliver none, takes the whole slice and returns `None`. Frames among the
     /// bytes that [`push`](Self::push) has left undecided come first.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has

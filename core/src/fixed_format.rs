@@ -10,7 +10,7 @@ use crate::window::Word;
 ///
 /// # Examples
 /// A throttle of 16 bits, big endian, between FE and LF. The `impl` is all that you write for a new format. The
-/// receiver, its fast path for slices, the counters and the theorems then apply to the format without further work.
+/// receiver, its fast path for slices, the counters and the theorems about frames of this length then apply to it.
 /// ```
 /// use framelock::{FixedFormat, Receiver, Shape};
 ///

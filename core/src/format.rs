@@ -239,7 +239,7 @@ pub trait EncodeInto: Format {
 pub enum EncodeError {
     /// The frame is longer than the buffer.
     BufferTooShort,
-    /// The format has no frame for this message: its payload is too long, or a field is out of range.
+    /// The format has no frame for this message. For example, its payload is too long, or a field is out of range.
     InvalidMessage,
 }
 
@@ -248,7 +248,7 @@ impl fmt::Display for EncodeError {
         f.pad(match self {
             Self::BufferTooShort => "the frame is longer than the buffer",
             Self::InvalidMessage => {
-                "the format has no frame for this message: its payload is too long, or a field is out of range"
+                "the format has no frame for this message, for example because its payload is too long"
             }
         })
     }

@@ -12,7 +12,7 @@ use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};
 use crate::{DiscardReason, Found, LineEvent, Parser};
 
-/// The byte that the machine waits for. The lecture calls these states A, B, 1, 2, 3, 4 and CR.
+/// The byte that the machine waits for. The lecture calls the states A, B, 1, 2, 3, 4 and CR.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -87,7 +87,7 @@ impl Lecture {
 
     /// Performs one step of the lecture's state table. The code has one line per row of the table.
     ///
-    /// A step compares the state once and the byte once, and stores at most three values.
+    /// A step compares the state once and the byte at most once, and stores at most three values.
     #[inline]
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]

@@ -29,9 +29,9 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass each error and each pause on as a line event. Then no delivered frame
-//! contains bytes from both before and after a line event. A [`Line`] takes bytes and line events, and counts every
-//! byte that it takes. [`LineEvent`] lists the errors of common drivers:
+//! The UART also reports errors, and the UART or a timer notices pauses. Pass each error and each pause on as a line
+//! event. Then no delivered frame contains bytes from both before and after a line event. A [`Line`] takes bytes and
+//! line events, and counts every byte that it takes. [`LineEvent`] lists the errors of common drivers.
 //!
 //! ```
 //! use framelock::{Line, LineEvent, Receiver};
@@ -68,30 +68,30 @@
 //! | [`Receiver`] | finds frames of a fixed length, up to 16 bytes; takes a [`FixedFormat`] | 8 (16 for frames of more than 8 bytes) |
 //! | [`BufferedReceiver`] | finds frames of any length; takes a [`Format`] | buffer + 3 words |
 //! | [`PacketReceiver`] | finds packets between delimiters (SLIP, HDLC, COBS, DLE framing); takes a [`PacketFormat`] | buffer + 4 words |
-//! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 20 words |
-//! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
+//! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 80 |
+//! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words (3 if async) |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 104 for the failsafe with three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
-//! `Receiver`, `BufferedReceiver`, `PacketReceiver` and the lecture's machine all have
-//! the functions of the trait [`Parser`]. No function in this crate panics, whatever its arguments, unless your own
-//! format, source or closure does. This is proved for slices and buffers of up to 4096 bytes. Several mistakes in a
-//! format are compile errors (see [`FixedFormat`]).
+//! `Receiver`, `BufferedReceiver`, `PacketReceiver` and the lecture's machine all have the functions of the trait
+//! [`Parser`]. No function in this crate panics, whatever its arguments, unless your own format, source or closure
+//! does. This is proved for slices and buffers of up to 4096 bytes, except for functions that only write text. Several
+//! mistakes in a format are compile errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA, RTCM, Modbus RTU and others.
 //!
 //! # The rule
 //!
-//! Take the bytes that have come since the last delivered frame. The receiver keeps *the longest suffix of these bytes
-//! that can still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares no byte
-//! with an earlier delivered frame. The message is decoded from these last bytes. So for every whole frame, the
-//! receiver delivers this frame, or an earlier one that shares bytes with it. The lecture's machine may deliver nothing
-//! for ever (see [`lecture`]).
+//! Take the bytes that have come since the last delivered frame or line event. A [`Receiver`] keeps *the longest suffix
+//! of these bytes that can still become a frame*. `push` returns a message exactly when the last of these bytes are a
+//! frame. The message is decoded from this frame. So for every whole frame, the receiver delivers this frame, or an
+//! earlier delivered frame shares bytes with it. The lecture's machine may deliver nothing for ever (see
+//! [`lecture`]).
 //!
-//! A frame that nobody sent may share bytes with a whole frame. Then the whole frame is lost. In BIN, the bytes of a
-//! repeated frame may form frames at two offsets. Then only a pause, reported as a line event, or a checksum shows
-//! which frames were sent (see [`motion::Bin`]).
+//! A frame that nobody sent may share bytes with a whole frame. If the receiver delivers the unsent frame first, the
+//! whole frame is lost. In BIN, the bytes of a repeated frame may form frames at two offsets. Then only a pause,
+//! reported as a line event, or a checksum shows which frames were sent (see [`motion::Bin`]).
 //!
 //! # A motion platform
 //!

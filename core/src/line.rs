@@ -21,7 +21,8 @@ use crate::{DiscardReason, FixedFormat, Found, Parser, Receiver};
 ///   these bytes, as `feed` would have. So the counters do not depend on whether bytes are pushed or fed.
 ///
 /// # From a driver's error
-/// The kind of an event only decides which counter counts it. So a simple conversion is enough:
+/// A pause or a break may end a packet, or a frame that ends with silence. Otherwise, the kind of an event only decides
+/// which counter counts the event. So a simple conversion is enough:
 ///
 /// | error of | line event |
 /// |---|---|
@@ -73,7 +74,7 @@ pub enum LineEvent {
 }
 
 impl fmt::Display for LineEvent {
-    /// Writes the event in a word or two, as in `line errors: parity error`.
+    /// Writes the event in a word or two, as in `line events: parity error 1`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Framing => "framing error",
@@ -103,7 +104,7 @@ macro_rules! counters {
         impl $name {
             const ZERO: Self = Self { $($counter: 0),* };
 
-            /// Returns the sum of all counters.
+            /// Returns the sum of all counters, modulo 2³².
             #[must_use]
             pub const fn total(&self) -> u32 {
                 0_u32$(.wrapping_add(self.$counter))*
@@ -243,7 +244,7 @@ impl<P> Line<P> {
         Self::resumed(parser, Counters::ZERO)
     }
 
-    /// Creates a line that continues with the counters of an earlier line.
+    /// Creates a line that continues with the counters of an earlier line, whose pending bytes `parser` must hold.
     #[must_use]
     pub const fn resumed(parser: P, counters: Counters) -> Self {
         let lost = 0;
@@ -286,8 +287,7 @@ macro_rules! event_delivers_nothing {
     ($([$($bound:tt)*] $receiver:ty)*) => { $(
         impl<$($bound)*> Line<$receiver> {
             /// Takes a line event, after which an incomplete frame cannot be continued. Discards and counts the pending
-            /// bytes. Does the same as [`line_event`](Line::line_event), which would report no frame, because this
-            /// receiver delivers each frame with its last byte.
+            /// bytes. Does the same as [`line_event`](Line::line_event), which would report no frame.
             ///
             /// ```
             /// use framelock::{Line, LineEvent, Receiver, motion::Bin};
@@ -309,7 +309,7 @@ event_delivers_nothing! {
 }
 
 impl<P: Parser> Line<P> {
-    /// Takes the next byte. Returns the message of the next frame, if one is complete.
+    /// Takes the next byte. Returns the message if this call delivers a frame.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<P::Message<'_>> {
         let Self { parser, ledger } = self;
@@ -326,8 +326,8 @@ impl<P: Parser> Line<P> {
         self.next(&mut [].as_slice())
     }
 
-    /// Does one step of [`poll`](Self::poll). Returns false if the next decision needs more bytes. A program that has no
-    /// time for the whole work in one call does one step at a time until the step returns false.
+    /// Does one step of [`poll`](Self::poll). Returns false if the next decision needs more bytes. A program that has
+    /// no time for the whole work in one call does one step at a time until the step returns false.
     ///
     /// [`BufferedReceiver::poll_step`](crate::BufferedReceiver::poll_step) says how many bytes a step examines. Other
     /// receivers leave no bytes undecided.
@@ -348,8 +348,8 @@ impl<P: Parser> Line<P> {
         })
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
+    /// Takes bytes from the front of the slice until a frame is delivered, and leaves the rest in the slice. Returns
+    /// the frame's message. If no frame is delivered, takes the whole slice and returns `None`.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
     /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order (see [`Parser::next_with`]).

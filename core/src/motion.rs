@@ -2,8 +2,8 @@
 //! the frames and the actuators.
 //!
 //! A [`Receiver`](crate::Receiver) finds frames of the format [`Bin`] or [`BinCrc8`]. Each frame carries a
-//! [`Setpoint`]. The [`Failsafe`] decides where the actuators move when frames stop coming, for any number of
-//! axes.
+//! [`Setpoint`]. The [`Failsafe`] limits the actuators' speed, and parks the actuators when frames stop coming, for any
+//! number of axes.
 
 mod bin;
 mod failsafe;

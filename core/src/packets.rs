@@ -16,33 +16,34 @@ mod verification;
 /// The receiver of packets between delimiters, such as those of SLIP, HDLC, COBS and DLE framing.
 ///
 /// It consists of the format, a buffer `B`, and 4 words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or
-/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have [`Format::LONGEST`](crate::Format::LONGEST)
-/// bytes. The receiver does not use more.
+/// a `Vec` (see [`with_buffer`](Self::with_buffer)). The buffer must have at least
+/// [`Format::LONGEST`](crate::Format::LONGEST) bytes. The receiver does not use more.
 ///
 /// # The rule
 ///
-/// A packet between two delimiters is delivered if the format accepts the whole packet, and if no line event lies between
-/// the delimiters except a pause directly after the first one. Nothing else is delivered. The delimiter after a packet
-/// is also the delimiter before the next packet. Several delimiters in a row are like one.
+/// A packet between two delimiters is delivered if the format accepts the whole packet, and if no line event lies
+/// between the delimiters except a pause directly after the first one. Nothing else is delivered, except frames that
+/// end by themselves: they need no second delimiter. The delimiter after a packet is also the delimiter before the next
+/// packet. Several delimiters in a row are like one.
 ///
 /// The price: **the very first packet needs a delimiter before it**, and so does the first packet after a line event. A
 /// line event inside a packet costs this packet, but no other. Senders that write a delimiter before and after each
 /// packet lose nothing else.
 ///
-/// [`Stuffing::Doubled`] has a stronger rule, because a damaged end hides the next packet's beginning. Each packet that
-/// arrives whole is delivered, unless a delivered packet begins earlier and shares bytes with it.
+/// [`Stuffing::Doubled`] has a stronger rule, because otherwise a damaged end would hide the next packet's beginning.
+/// Each packet that arrives whole is delivered, unless a delivered packet begins earlier and shares bytes with it.
 ///
 /// # What to expect
 ///
-/// * **Latency.** A packet is delivered with its delimiter, or with its last byte if the frame ends by itself. With
+/// * **Latency.** A packet is delivered with the delimiter after it, or with its last byte if it ends by itself. With
 ///   [`Stuffing::Break`], the break that follows the packet delivers it.
-/// * **Counting.** All counts are of received bytes. [`Found::Frame`] counts the delimiters before the packet and the
-///   bytes that stuffing adds. [`Frame::bytes`] are the unstuffed bytes. The delimiters before a packet stay
-///   [pending](Self::pending) until the packet is decided.
+/// * **Counting.** All counts are of received bytes. [`Found::Frame`] also counts the delimiters before the packet, the
+///   bytes that stuffing adds, and with `Doubled` the delimiter after the packet. [`Frame::bytes`] are the unstuffed
+///   bytes. The delimiters before a packet stay [pending](Self::pending) until the packet is decided.
 /// * **Cost.** Most calls of [`push`](Self::push) only store a byte. The receiver asks the format when the packet has
 ///   as many bytes as the format has asked for, and at the delimiter. With `Doubled`, a rejected packet may be
 ///   classified again, once for each pair of bytes that looks like a beginning. So in the worst case the last byte of a
-///   packet of `n` bytes costs `n / 2` classifications.
+///   packet of `n` bytes costs about `n / 2` classifications.
 ///
 /// # Examples
 /// SLIP. The packets have at most 64 bytes, and no checksum.
@@ -86,7 +87,7 @@ mod verification;
 /// // The delimiter before `th` is pending, too.
 /// assert_eq!(receiver.pending(), 3);
 /// ```
-/// COBS, with an XOR of all bytes at the packet's end. `check` of your format is usually a CRC.
+/// COBS, with an XOR of all bytes at the packet's end. In your format, `check` is usually a CRC.
 /// ```
 /// # use framelock::{
 /// #     Classification, DiscardReason, Format, LineEvent, PacketFormat, PacketReceiver, Stuffing,
@@ -208,8 +209,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         Some(self.frame(length))
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame. If no frame ends in the slice, takes the whole slice and returns `None`.
+    /// Takes bytes from the front of the slice until a frame is delivered, and leaves the rest in the slice. Returns
+    /// the frame. If no frame is delivered, takes the whole slice and returns `None`.
     ///
     /// Call this function until it returns `None`. By then it has returned the frames that [`feed`](Self::feed) would
     /// report, in the same order.
@@ -234,8 +235,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         None
     }
 
-    /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The results do not
-    /// depend on how a stream is cut into slices.
+    /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The results do
+    /// not depend on how a stream is cut into slices.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         for &byte in bytes {
             let mut report = |count, why| found(Found::discarded(count, why));
@@ -268,7 +269,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
     }
 
     /// Returns the number of pending bytes, as received. Pending bytes are those of the packet that has begun, and the
-    /// delimiters before it.
+    /// delimiters before it. In DLE framing, an escape byte outside packets is pending, too.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.pending
@@ -394,7 +395,7 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
             .ok()
     }
 
-    /// Ends the packet: delivers a frame, or discards the packet. Does nothing if the packet is complete but empty.
+    /// Ends the packet: delivers a frame, or discards the packet. Does nothing if a complete packet has no bytes.
     #[inline(never)]
     fn close(&mut self, report: &mut impl Report) -> Option<Whole> {
         let mut why = DiscardReason::BrokenStuffing;
@@ -450,9 +451,8 @@ impl<F: PacketFormat, B: AsRef<[u8]> + AsMut<[u8]>> PacketReceiver<F, B> {
         self.pending = kept;
     }
 
-    /// Goes on with the next packet inside a rejected packet of DLE framing. If the end of a packet was damaged, the next
-    /// packet's beginning looks like an escape byte and the start code inside the packet. Returns false, and changes
-    /// nothing, if the packet contains no such beginning.
+    /// Goes on with the next packet inside a rejected packet of DLE framing. A packet with a damaged end may contain
+    /// the next packet's beginning: an escape byte and a start code. If it does not, returns false and changes nothing.
     fn go_on(&mut self, why: DiscardReason, report: &mut impl Report) -> bool {
         let stuffing = self.format.stuffing();
         let Stuffing::Doubled { start, .. } = stuffing else {

@@ -8,8 +8,8 @@ use crate::LineEvent;
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver),
 /// [`PacketReceiver`](crate::PacketReceiver) and the [lecture's machine](crate::lecture::Lecture) are parsers. Each
-/// type also has inherent functions with the names of the trait's functions. So if a program uses only one of the
-/// types, it need not import the trait. [`Line`](crate::Line) and the readers accept any `Parser`.
+/// type also has the inherent functions `push`, `next`, `feed`, `line_event`, `pending` and `reset`. A program that
+/// calls only these need not import the trait. [`Line`](crate::Line) and the readers accept any `Parser`.
 ///
 /// # Functions for any machine
 /// A function that accepts every machine with a certain type of message `M` has the bound
@@ -38,9 +38,9 @@ pub trait Parser {
     where
         Self: 'a;
 
-    /// Takes the next byte. Returns the message of the next frame, if one is complete.
+    /// Takes the next byte. Returns the message if this call delivers a frame.
     ///
-    /// Calls `account` with each outcome that this byte decides, in the order of the stream. An outcome is a run of
+    /// Calls `account` with each outcome that this call decides, in the order of the stream. An outcome is a run of
     /// discarded bytes, or a frame with its length. Callers that count bytes, such as [`Line`](crate::Line), use this
     /// function instead of [`push`](Self::push).
     fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Self::Message<'_>>;
@@ -85,14 +85,14 @@ pub trait Parser {
     /// Forgets the pending bytes, as if the machine had never received anything.
     fn reset(&mut self);
 
-    /// Takes the next byte. Returns the message of the next frame, if one is complete.
+    /// Takes the next byte. Returns the message if this call delivers a frame.
     #[inline]
     fn push(&mut self, byte: u8) -> Option<Self::Message<'_>> {
         self.push_with(byte, |_| ())
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
+    /// Takes bytes from the front of the slice until a frame is delivered, and leaves the rest in the slice. Returns
+    /// the frame's message. If no frame is delivered, takes the whole slice and returns `None`.
     ///
     /// Call this function until it returns `None`. By then it has reported the frames and discarded bytes that
     /// [`feed`](Self::feed) would report, in the same order (theorems 6 and 13a). Callers that count bytes use this
@@ -103,7 +103,7 @@ pub trait Parser {
         account: impl FnMut(Found<()>),
     ) -> Option<Self::Message<'_>>;
 
-    /// Takes bytes up to the end of the next frame. Does the same as [`next_with`](Self::next_with), without the
+    /// Takes bytes until a frame is delivered. Does the same as [`next_with`](Self::next_with), without the
     /// reports.
     #[inline]
     fn next(&mut self, bytes: &mut &[u8]) -> Option<Self::Message<'_>> {
@@ -184,19 +184,19 @@ impl<Message> Found<Message> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum DiscardReason {
-    /// The byte is not the first sync byte, so no frame begins here. It is noise, or payload of a broken frame.
+    /// The byte is not the first sync byte, so no frame begins here. It is noise, or part of a broken frame.
     NoSync,
     /// The first sync byte was right, but a later one was wrong.
     BrokenSync,
-    /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. A
+    /// The sync was right, but the header is invalid, for example in a fixed bit, or the frame is too short. A
     /// [`FixedFormat`](crate::FixedFormat) never gives this reason.
     BadHeader,
     /// The frame is too long: its header states more bytes than the format or the message allows, or too many bytes
-    /// arrive before its end.
+    /// arrive before the pause or the packet's delimiter that would end it.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,
-    /// The terminator, or another fixed value after the header, was wrong.
+    /// The terminator, or another fixed value after the header, was wrong or missing.
     WrongTerminator,
     /// No whole packet lies between two delimiters: an escape sequence is invalid, or the second delimiter came before
     /// the packet's end. Only a [`PacketReceiver`](crate::PacketReceiver) gives this reason.
@@ -263,11 +263,11 @@ pub(crate) use parser_by_own_functions;
 /// Defines `next` and `next_with` for a machine whose `push` leaves no decision to later calls.
 macro_rules! next_by_pushing {
     ($message:ty) => {
-        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-        /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
+        /// Takes bytes from the front of the slice until a frame is delivered, and leaves the rest in the slice.
+        /// Returns the frame's message. If no frame is delivered, takes the whole slice and returns `None`.
         ///
         /// Call this function until it returns `None`. By then it has returned the frames that [`feed`](Self::feed)
-        /// would report, in the same order. For long slices `feed` is faster than this function.
+        /// would report, in the same order. For long slices, the `feed` of a `Receiver` is faster than this function.
         #[inline]
         pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
             self.next_with(bytes, |_| ())

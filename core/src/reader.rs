@@ -233,9 +233,9 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// line is idle: the reader reports [`LineEvent::Idle`], and returns the whole frames among the pending bytes, one
     /// in each call.
     ///
-    /// This future ends after the duration of a pause, for example `|| Timer::after_millis(5)` in Embassy. The reader
-    /// drops the source's `read` at a pause, so dropping it must lose no byte. Use no other function for reading: after
-    /// a pause, only this function continues the line event.
+    /// `silence` returns a future that ends after the duration of a pause. In Embassy, for example, pass
+    /// `|| Timer::after_millis(5)`. The reader drops the source's `read` at a pause, so dropping a `read` must lose no
+    /// byte. Use no other function for reading: after a pause, only this function continues the line event.
     ///
     /// # Errors
     /// See [`next_message_async`](Self::next_message_async).

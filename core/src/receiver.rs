@@ -55,9 +55,9 @@ impl<F: FixedFormat> Receiver<F> {
 
     /// Takes the next byte of the stream. Returns the message if this byte completes a frame.
     ///
-    /// Returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered frame.
-    /// The message is decoded from these last bytes (theorems 3 and 4). The cost of each call is bounded: a masked
-    /// comparison, a shift, and the format's check if the fixed bytes are right.
+    /// Returns a message exactly when the byte completes a frame that shares no byte with an earlier delivered frame,
+    /// and has no byte from before a line event (theorems 3, 4 and 8). The cost of each call is bounded: a masked
+    /// comparison, a shift, the format's check if the fixed bytes are right, and `decode` for a frame.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message> {
         let frame = self.window.push(&F::SHAPE, byte, Self::check);

@@ -4,8 +4,8 @@ use crate::Format;
 
 /// The way in which a sender separates packets.
 ///
-/// The *delimiter* is a byte, or a pair of bytes, that never occurs within a sent packet. The sender replaces each byte
-/// of the packet that looks like a delimiter. This is called *byte stuffing*. A
+/// The *delimiter* is a byte, a pair of bytes or a break, and never occurs within a sent packet. The sender replaces
+/// or doubles the bytes of the packet that look like a delimiter. This is called *byte stuffing*. A
 /// [`PacketReceiver`](crate::PacketReceiver) undoes the stuffing.
 ///
 /// | protocol | stuffing |
@@ -67,8 +67,8 @@ pub enum Codes {
 ///   until `LONGEST` bytes have arrived, and then rejects them. So `LONGEST` is one more than the number of bytes in
 ///   the longest packet. At the delimiter the receiver asks [`classify_before`](Format::classify_before), with
 ///   [`LineEvent::Idle`](crate::LineEvent::Idle), whether the whole packet is a frame.
-/// * If a frame ends by itself, for example because the packet begins with its length, implement only `classify`. The
-///   receiver delivers the frame with its last byte, and discards the bytes up to the next delimiter.
+/// * If a frame ends by itself, for example after a length that it states, implement only `classify`. Except in DLE
+///   framing, the receiver delivers the frame with its last byte, and discards the bytes up to the next delimiter.
 pub trait PacketFormat: Format {
     /// Returns the byte stuffing. Return a constant if you can, because the compiler then removes the code for other
     /// ways of stuffing.
@@ -215,7 +215,7 @@ impl Stuffing {
 /// The meaning of a byte inside a packet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Meaning {
-    /// Together with the bytes before it, the byte stands for this byte of the packet.
+    /// Alone or together with the bytes before it, the byte stands for this byte of the packet.
     Content(u8),
     /// The byte alone stands for nothing: it is an escape byte, or the code of a COBS block that follows no zero.
     Prefix,

@@ -26,7 +26,7 @@ def mc_counter_names(elf):
     names = text[start:end].split()
 
 def mc_counters():
-    """Shows the counters that are not 0."""
+    """Shows bytes, frames, and the other counters that are not 0."""
     at = bus().GetSymbolAddress("COUNTERS")
     values = [(name, bus().ReadDoubleWord(at + 4 * n)) for n, name in enumerate(names)]
     print(" ".join(["%s %d" % pair for pair in values if pair[1] or pair[0] in ("bytes", "frames")]))

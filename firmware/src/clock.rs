@@ -24,7 +24,7 @@ pub(crate) fn microseconds(timer: &RegisterBlock) -> u32 {
     timer.cc[0].read().bits()
 }
 
-/// The clock: microseconds since it was started.
+/// The clock: microseconds since it was started, modulo 2^32.
 pub(crate) struct Clock {
     timer: TIMER0,
 }

@@ -4,8 +4,8 @@
 //! reset, the firmware can open the port: it writes 0x5A to APPROTECT.DISABLE. The reset button only works if
 //! UICR.PSELRESET contains its pin's number.
 //!
-//! UICR is flash. Each word of UICR can be written once, and takes effect at the next reset. Only erasing the whole
-//! chip erases UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until the
+//! UICR is flash. A word that is written to UICR takes effect at the next reset. Only erasing the whole chip erases
+//! UICR. On a board that uses P0.18 for something else, PSELRESET could hold the chip in reset until the
 //! chip is erased. So the firmware writes to UICR only with the feature `write-uicr`. APPROTECT.DISABLE is a register,
 //! and loses its value at each reset.
 
@@ -16,14 +16,14 @@ use crate::settings::{RESET_PIN, WRITE_UICR};
 
 /// The first build code of chips that close the debug port by themselves.
 const CLOSES_BY_ITSELF: u8 = b'F';
-/// POWER's register APPROTECT.DISABLE, which the PAC does not have.
+/// The register APPROTECT.DISABLE, which the PAC does not have.
 const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;
 /// The value that keeps the port open, in UICR.APPROTECT and in APPROTECT.DISABLE.
 const OPEN: u32 = 0x5A;
 const ERASED: u32 = u32::MAX;
 
-/// Opens the debug port until the next reset, if UICR allows that. With [`WRITE_UICR`], writes APPROTECT and PSELRESET
-/// if they are still erased, and resets the chip if a word was written, so that the word takes effect.
+/// Opens the debug port until the next reset, if UICR allows that. With [`WRITE_UICR`], writes the words of UICR that
+/// are still erased, and resets the chip if a word was written, so that the word takes effect.
 pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     // The register contains, for example, "AAF0", with "0" in the lowest byte. The F is the letter of the build code.
     let [_, build_code, ..] = ficr.info.variant.read().bits().to_le_bytes();
@@ -37,7 +37,7 @@ pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     }
 }
 
-/// Writes APPROTECT and PSELRESET if they are still erased. Returns whether a word was written.
+/// Writes PSELRESET, and APPROTECT if `closes_by_itself`, where still erased. Returns whether a word was written.
 fn write(uicr: &UICR, nvmc: &NVMC, closes_by_itself: bool) -> bool {
     let mut is_new = closes_by_itself && write_once(nvmc, uicr.approtect.as_ptr(), OPEN);
     // The chip uses the reset pin only if both words contain the same number.

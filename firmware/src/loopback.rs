@@ -54,7 +54,7 @@ impl Sender {
         self.0.baudrate.write(|w| w.baudrate().variant(baud));
     }
 
-    /// Sends these bytes and calls `meanwhile` during the transmission. Then waits for ENDTX, and two byte times more.
+    /// Sends these bytes and calls `meanwhile` during the transmission. Then waits for ENDTX, and 20 us more.
     /// Returns the cycle count at which it saw ENDTX.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) -> u32 {
         self.0.events_endtx.reset();
@@ -136,7 +136,7 @@ impl<'a> Receiver<'a> {
         ended
     }
 
-    /// Waits until a transfer ends. Returns the cycles waited, or `None` if it does not end.
+    /// Waits until a transfer ends, and clears ENDRX. Returns the cycles waited, or `None` if no transfer ends.
     pub(crate) fn end(&self) -> Option<u32> {
         let end = wait(LONG, || self.0.events_endrx.read().bits() != 0);
         self.0.events_endrx.reset();
@@ -171,7 +171,7 @@ impl<'a> Receiver<'a> {
         BYTE_IN_MEMORY.load(Ordering::Relaxed)
     }
 
-    /// Returns ERRORSRC and clears it.
+    /// Returns ERRORSRC, and clears it and ERROR.
     pub(crate) fn causes(&self) -> u32 {
         let causes = self.0.errorsrc.read().bits();
         // SAFETY: writing 1 to a cause clears it.

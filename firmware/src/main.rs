@@ -4,7 +4,7 @@
 //!  UARTE0 ──► receive handler ──► setpoint ──► main loop: failsafe ──► servos, LEDs, log, watchdog
 //! ```
 //!
-//! The receive handler owns the receiver, and passes the setpoint to the main loop in a single word. The main loop owns
+//! The receive handler runs the receiver, and passes the setpoint to the main loop in a single word. The main loop does
 //! everything else.
 //!
 //! This firmware is no safety function. Whatever it moves needs a switch that cuts the power without software.
@@ -119,7 +119,7 @@ fn poll(failsafe: &mut Failsafe<u8, 3>, now: u32) -> Output<u8, 3> {
     failsafe.poll(now)
 }
 
-/// The lock. It is held while frames arrive and no byte between them is discarded.
+/// The lock. It begins with a frame in the phases Approach and Live. A discarded byte or another phase ends it.
 #[derive(Default)]
 struct Lock {
     held: bool,

@@ -1,5 +1,5 @@
-//! Continuous reception with UARTE0: each byte causes one interrupt, whose handler performs one step of the
-//! receiver.
+//! Continuous reception with UARTE0: each byte causes one interrupt, whose handler hands the byte on to the receiver or
+//! drops it.
 //!
 //! The crate [`framelock_reception`] contains the decisions and their justification. This module contains the register
 //! accesses, the handlers, and the access to the receiver.
@@ -31,8 +31,8 @@ const NONE_WAITS: usize = 1;
 /// cell also checks this at run time.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`. Copying it at
-/// run time would take more flash than the receiver itself.
+/// The receiver and its counters before the first byte. It is a constant, so that it can initialise a `static`. Copying
+/// it at run time would take more flash.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
 /// The reception measures a gap up to the end of the byte that ends the silence, so `GAP` is `GAP_AFTER`
@@ -76,8 +76,8 @@ pub(crate) fn connect(uarte: &UARTE0, rate: BAUDRATE_A, pin: &InputPin, byte: &'
     }
 }
 
-/// Copies the counters to [`COUNTERS`] and pends the receive handler. The main loop calls it once a tick.
-/// Returns whether the reception works.
+/// Performs the reception's tick: copies the counters to [`COUNTERS`], looks for a lost ENDRX, and pends the receive
+/// handler. The main loop calls this function once a tick. Returns whether the reception works.
 pub(crate) fn tick() -> bool {
     let works = with_receiver(|(reception, hardware)| {
         COUNTERS.show(hardware.line, reception.skipped, reception.restarts);
@@ -101,8 +101,8 @@ fn TIMER2() {
 }
 
 /// Calls `act` with the receiver. All accesses go through this function. If the receiver is in use or has not been
-/// started, this program has a bug. In this case, the function increments the counter `unserved` and returns `None`,
-/// and the main loop does not feed the watchdog.
+/// started, this program has a bug. In this case, the function increments the counter `unserved` and returns `None`.
+/// If this happens in [`tick`], the main loop does not feed the watchdog.
 fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     free(|token| {
         if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut()

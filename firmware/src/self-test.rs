@@ -36,7 +36,7 @@ use crate::telemetry::COUNTERS;
 /// Number of frames in one transmission.
 const FRAMES: usize = 80;
 
-/// How often each of the shorter tests is repeated.
+/// The number of measurements in rows 3, 4, 5, 14, 15 and 18.
 const TIMES: u32 = 16;
 
 /// The limit on the parser's cycles per byte: half of a byte's duration at 1 Mbaud.

@@ -8,7 +8,7 @@ use nrf52840_hal::pac::PWM0;
 
 use crate::settings::{PULSE, PULSE_PERIOD, TICK};
 
-/// Time from the start of a period until the PWM gets new widths, in microseconds. The handover is late in the period,
+/// The earliest time in a period at which the PWM gets new widths, in microseconds. The handover is late in the period,
 /// so that the widths are recent. By then the pulses have ended, so no pulse is cut short, even if the PWM immediately
 /// begins a new period.
 const HANDOVER: u32 = PULSE_PERIOD as u32 - 2 * TICK;

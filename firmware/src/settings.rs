@@ -5,7 +5,7 @@ use framelock_reception::ERRORS_A_TICK;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 
-/// Baud rate of the line, 8N1. The UARTE is accurate enough at certain rates only: see [`baud_register`].
+/// Baud rate of the line, 8N1. Only certain rates compile: see [`baud_register`].
 pub(crate) const BAUD: u32 = if cfg!(feature = "megabaud") {
     1_000_000
 } else {
@@ -25,8 +25,8 @@ pub(crate) type Parser = framelock::lecture::Lecture;
 /// The receiver, with counters of its bytes, frames and line events.
 pub(crate) type Line = framelock::Line<Parser>;
 
-/// A time in microseconds. If a byte waits in the FIFO when a transfer is opened, the UARTE stores the byte within this
-/// time. This time is less than half a byte time, so it elapses between a line error and the next byte.
+/// A time in microseconds, less than half a byte time. If a byte waits in the FIFO when a transfer is opened, the UARTE
+/// stores the byte within this time. After a line error, this time elapses before the next byte if no handler is late.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// The length of a silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a
@@ -70,7 +70,7 @@ pub(crate) const RESET_PIN: u32 = 18;
 /// An input with a pull-up resistor, so that an unconnected pin reads as an idle line.
 pub(crate) type InputPin = Pin<Input<PullUp>>;
 
-/// The pins in use. Each pin is moved out of this struct, so that it has only one owner.
+/// The pins in use.
 pub(crate) struct Pins {
     /// Serial data in.
     pub(crate) receive: InputPin,
@@ -112,8 +112,8 @@ fn high(pin: Pin<Disconnected>) -> Pin<Output<PushPull>> {
 /// Duration of one byte on the line, in microseconds, rounded up: start bit, eight data bits, stop bit.
 pub(crate) const BYTE_TIME: u32 = 10_000_000_u32.div_ceil(BAUD);
 
-/// Returns the value of the UARTE's BAUDRATE register. A rate that the UARTE does not support, or misses by more than
-/// 2 %, does not compile. `FIGURES.txt` has measurements at each supported rate.
+/// Returns the value of the UARTE's BAUDRATE register. Only the rates below compile, except 921 600 baud, which the
+/// UARTE misses by more than 2 %. `FIGURES.txt` has measurements at each rate that compiles.
 pub(crate) const fn baud_register() -> BAUDRATE_A {
     match BAUD {
         9_600 => BAUDRATE_A::BAUD9600,

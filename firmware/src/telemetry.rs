@@ -160,7 +160,7 @@ pub(crate) struct Leds {
 }
 
 impl Leds {
-    /// Starts with all LEDs off.
+    /// Takes the LEDs' pins, which are high, so that all LEDs are off.
     pub(crate) fn new(pins: [Pin<Output<PushPull>>; 3]) -> Self {
         Self {
             pins,
@@ -228,8 +228,7 @@ pub(crate) fn log(state: OutputState) {
         match state {
             OutputState::NoFrames => defmt::info!("no frames"),
             OutputState::SlowFrames => defmt::warn!(
-                "frames arrive too far apart: fewer than {=u32} a second (hold_after is {=u32} ms)",
-                1_000_000 / HOLD_AFTER,
+                "frames arrive too far apart: {=u32} ms or more (hold_after)",
                 HOLD_AFTER / 1_000
             ),
             OutputState::Approach => defmt::info!("approach"),

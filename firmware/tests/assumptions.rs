@@ -57,7 +57,7 @@ fn each_deviation_loses_what_the_guide_says() {
 const LIMIT: Duration = Duration::from_hours(1);
 
 /// This test takes minutes, so only `cargo xtask verify --all` runs it. It leaves out the figures, which hold only for
-/// the default assumptions.
+/// the default assumptions, and the tests that choose their assumptions themselves.
 #[test]
 #[ignore = "takes minutes"]
 fn every_test_passes_under_each_assumption() {

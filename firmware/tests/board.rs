@@ -13,7 +13,7 @@ const DEMAND: [u8; 3] = [200, 50, 90];
 /// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
 
-/// Sends a hundred frames a second until the outputs follow them.
+/// Sends a hundred frames a second for 0.6 s. Asserts that the servos then get the pulses `SERVO`.
 fn live(firmware: &mut Firmware) {
     firmware.drive(600, 10, |_| DEMAND);
     let now = firmware.board.now();
@@ -87,7 +87,7 @@ fn after_power_on_the_outputs_begin_at_park() {
     }
 }
 
-/// The firmware hands new widths to the PWM once in a period. It does so late in the period, so the widths are recent.
+/// The firmware hands new widths to the PWM late in a period, so the widths are recent, and at most once in a period.
 #[test]
 fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let mut firmware = Firmware::booted("megabaud");
@@ -105,8 +105,8 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
         };
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
-    // The least time, in milliseconds, that two periods together take. With `start_cuts_period`, SEQSTART shortens the
-    // periods.
+    // The least time between two changes of this word, which are two periods apart, in milliseconds. With
+    // `start_cuts_period`, SEQSTART shortens the periods.
     let shortest = if firmware.assumptions.start_cuts_period {
         31
     } else {

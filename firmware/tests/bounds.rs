@@ -21,8 +21,8 @@ const MOST_PER_PULSE: u64 = 136;
 /// The most by which the pulse after a halt differs from the pulse before the halt. Their widths are computed at most
 /// 44 ms apart, not counting the halt.
 const MOST_PER_HALT: u64 = 226;
-/// The most by which a pulse differs from the pulse before, in an approach and on the way to park. There, a width
-/// changes by 1 us per millisecond.
+/// The most by which a pulse differs from the pulse before, in an approach and on the way to park, also after a halt.
+/// There, a width changes by 1 us per millisecond.
 const MOST_PER_SLOW_PULSE: u64 = 50;
 /// The time between two frames, in milliseconds.
 const FRAME_EVERY: u64 = 20;

@@ -19,8 +19,8 @@ fn a_second_of_breaks_starves_nobody() {
 
 /// Repeats this symbol of `bits` bits for one second, on a core that is half as fast as the model. Tests the slowest, a
 /// middle and the fastest rate, or all offered rates (see [`sample`]). Asserts that there is no reset, the failsafe
-/// moves the outputs at the usual times, and a fifth of the processor's time is left. Afterwards, frames must be
-/// received again.
+/// moves the outputs at the usual times, and a fifth of the processor's time is left. Afterwards, a frame must be
+/// received.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in sample(RATES, 4) {
         let (baud, _) = rate;

@@ -122,8 +122,8 @@ fn steps(figures: &mut Figures) {
     }
 }
 
-/// Returns the size of a function in bytes, and the cycles of the slowest of its first `calls` calls.
-/// The cycles include the call instruction, which takes three, and the return.
+/// Adds the cycles of the fastest and the slowest of a function's first `calls` calls. Returns the function's size in
+/// bytes, and the slowest call's cycles. The cycles include the call instruction, which takes three, and the return.
 fn called(
     figures: &mut Figures,
     function: &str,
@@ -264,7 +264,8 @@ fn held_off(rate: (u64, u32), length: u64, at_start_bit: bool) -> impl Iterator<
     })
 }
 
-/// Returns the longest hold-off of the handlers, in microseconds, that loses no byte.
+/// Returns the longest hold-off of the handlers, in microseconds, that loses no byte. The result is at most a 32nd of a
+/// byte time too short.
 fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let (mut lossless, mut lossy) = (byte, 9 * byte);

@@ -317,7 +317,7 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Silence, in cycles, after which the firmware has noticed the gap, and its counters show the gap.
+/// Silence, in cycles, after which the firmware has noticed the gap, and its counters show all bytes.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
 /// A time, in cycles, that is long enough for the firmware to notice a lost ENDRX, restart the UARTE, and see a gap.

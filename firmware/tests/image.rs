@@ -1,4 +1,4 @@
-//! Tests that inspect the images without running them: every image is small enough, and the image without
+//! Tests that inspect the images without running them: the firmware's images are small enough, and the image without
 //! a log cannot panic.
 
 use object::{Object, ObjectSection, SectionFlags, elf};

@@ -1,4 +1,4 @@
-//! A test of errors on the line (L1 in `docs/protocol.md`). The others are scripts: see `line_errors.txt`. The
+//! A test of errors on the line (L1 in `docs/protocol.md`). Other such tests are scripts: see `line_errors.txt`. The
 //! reception's decisions are proved for every order of events: see `reception/src/verification.rs`. The tests check the
 //! firmware's register accesses and timing.
 

@@ -95,13 +95,13 @@ fn through_every_state(mut firmware: Firmware) -> (Trace, Vec<u8>, Vec<String>) 
     frames(&mut firmware, 2_045, 10, [255, 0, 60]);
     // 2.1 s: live, and LED2 shows an error.
     firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
-    frames(&mut firmware, 3_142, 10, [0, 255, 60]);
+    frames(&mut firmware, 3_138, 10, [0, 255, 60]);
     // 3.15 s: a gap after half a frame.
     firmware.board.send(b"AB\0");
     firmware.board.run_until(3_148 * MILLISECOND).unwrap();
     firmware.board.send(b"abc\r");
     firmware.board.run_until(3_800 * MILLISECOND).unwrap();
-    // 4.2 s: on the way to park, with frames that are too far apart. The main loop is interrupted for more than a tick.
+    // 4.2 s: parked, with frames that are too far apart. The main loop is interrupted for more than a tick.
     let late_at = 4_190 * MILLISECOND;
     firmware.board.hold_off(late_at, 10 * MILLISECOND);
     frames(&mut firmware, 5_200, 200, [255; 3]);

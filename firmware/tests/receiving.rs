@@ -1,4 +1,4 @@
-//! Checks that each image commits the reference's setpoints, for intact frames, faulty frames and noise.
+//! Checks that five images commit the setpoints of their references, for intact frames, faulty frames and noise.
 
 use crate::firmware::{Firmware, GAP, RESTART, Reference, frame, frames, reference, sample};
 use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};

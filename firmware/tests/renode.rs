@@ -63,7 +63,7 @@ fn paths_exist() {
     assert_eq!(each_after(ROBOT, "${CURDIR}/", '\n'), ["framelock.resc"]);
 }
 
-/// The registers that the commands and the tests write exist on the emulated chip.
+/// The peripherals' registers that the commands and the tests write exist on the emulated chip.
 #[test]
 fn registers_exist() {
     let mut board = Board::new(image("default")).unwrap();
@@ -73,8 +73,8 @@ fn registers_exist() {
     board.set_register(0x4000_8004, 1).unwrap();
 }
 
-/// Each peripheral of the platform has the same address as on the emulated chip. The emulator's error at an access to a
-/// missing register names the peripheral.
+/// These peripherals of the platform have the same addresses as on the emulated chip. The emulator's error at an access
+/// to a missing register names the peripheral.
 #[test]
 fn peripherals_have_their_addresses() {
     let mut board = Board::new(image("default")).unwrap();

@@ -34,8 +34,8 @@ fn run(firmware: &mut Firmware, cycles: u64) {
     firmware.board.run_until(end).unwrap();
 }
 
-/// Resets the chip. A reset by the watchdog takes up to 263 ms. A reset by a fault or a lockup takes a few
-/// milliseconds.
+/// Resets the chip. A reset by the watchdog takes 263 ms. A reset by a fault takes up to about 22 ms, because the
+/// handler waits for the end of a PWM period. A reset by a lockup takes up to about 2 ms.
 pub(crate) fn reset(firmware: &mut Firmware, kind: Kind, random: &mut ChaCha8Rng) {
     match kind {
         Kind::PowerOn => {
@@ -126,7 +126,7 @@ fn after_any_sequence_of_resets_it_works() {
 }
 
 /// Asserts that the last start logged the cause of the test's last reset. If the firmware has reset itself since, the
-/// log names the causes that RESETREAS has accumulated.
+/// log names the causes that RESETREAS has accumulated, or only the pin if the pin is one of them.
 fn says_the_cause(firmware: &mut Firmware, last: Option<Kind>, what: &str) {
     let cause = match last.unwrap() {
         Kind::PowerOn | Kind::BrownOut => "power",
@@ -163,7 +163,7 @@ fn moves_slowly(firmware: &mut Firmware, power_on: &[u64], what: &str) {
             continue;
         }
         let now = [pitch, roll, yaw];
-        // A period has ten polls. In each of them, a live axis moves by at most 2.6 units of 4 us.
+        // A period has ten polls. In these polls together, a live axis moves by at most 26 units of 4 us.
         let was = match before {
             Some((at, was)) if !power_on.iter().any(|on| (at..period.at).contains(on)) => was,
             _ => [pulse(128); 3],

@@ -1,4 +1,4 @@
-//! Computes the greatest depth of the stack from the machine code. The code shows how much stack each function takes,
+//! Computes a bound on the stack's depth from the machine code. The code shows how much stack each function takes,
 //! and which functions it calls. Unknown instructions, calls through registers, and recursion are errors. One recursion
 //! is allowed: see [`Code::depth`].
 #![expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
@@ -86,7 +86,7 @@ impl<'a> Code<'a> {
         self.file.symbol_by_name(name).expect(name).address() as u32
     }
 
-    /// Returns the stack that a function takes, including the functions that it calls.
+    /// Returns the stack that a function takes, including its deepest chain of calls.
     fn depth(&self, function: u32, callers: &[u32]) -> u32 {
         if let Some(before) = callers.iter().rposition(|&caller| caller == function) {
             // One recursion is allowed: a panic is logged, and the log's library panics if it is called while it writes

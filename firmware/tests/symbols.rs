@@ -18,7 +18,7 @@ pub(crate) fn setpoint(text: &str) -> Setpoint {
 
 /// Returns the symbols of some words: bytes (two hex digits), `bad:78` (a byte without a stop bit), `break:15` and
 /// `idle:15` (bits), `frame:1,2,3`, or `parity:1,2,3` (a frame with parity bits). `78*9` is nine times the word, and
-/// `*9` repeats all words before it.
+/// `*9` is nine times all words before it.
 pub(crate) fn symbols(words: &str) -> Vec<LineSymbol> {
     let mut all = Vec::new();
     for word in words.split_whitespace() {

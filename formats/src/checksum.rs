@@ -30,7 +30,7 @@ impl Checksum<'_> {
         stored == Some(sum & self.bits())
     }
 
-    /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
+    /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame is too short.
     ///
     /// Negative offsets count back from `length`.
     pub(crate) fn write(&self, frame: &mut [u8], length: usize, extra: Option<u8>) -> bool {

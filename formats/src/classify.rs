@@ -33,8 +33,8 @@ impl CheckedLayout<'_> {
         self.0.classify_after(bytes, 0)
     }
 
-    /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must have
-    /// been classified as incomplete.
+    /// Does the same as [`classify`](Self::classify). The first `seen` bytes must have been classified as incomplete.
+    /// So the search for a delimiter need not begin at the first byte.
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
@@ -277,7 +277,7 @@ impl Layout<'_> {
         let others = other.length.max(another.length);
         let width = self.terminator.length.max(others).max(1);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
-        // The search for a terminator has not yet covered the bytes that arrived before the header was complete.
+        // If the first `seen` bytes do not contain the whole header, no terminator has been searched for in them.
         let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1).wrapping_add(self.behind));
         let from = from.max(self.sync.length);
@@ -336,7 +336,7 @@ impl Layout<'_> {
     }
 }
 
-/// Returns true if the line is silent at this event.
+/// Returns true if the event is a pause or a break. Both end a frame of [`Length::Silence`].
 pub(crate) const fn is_silence(event: LineEvent) -> bool {
     matches!(event, LineEvent::Idle | LineEvent::Break)
 }

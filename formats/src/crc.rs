@@ -136,11 +136,11 @@ macro_rules! fill {
 }
 use fill;
 
-/// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX. Processes four bytes in each step, without a table.
+/// Updates MAVLink's CRC (CRC-16/MCRF4XX), or one with another initial value or final XOR, in steps of four bytes.
 ///
 /// Let `y` be `1/x`. To divide 32 bits by `x^16 + x^12 + x^5 + 1`, multiply them by `1 / (1 + y^4 + y^11 + y^16)`. Up
-/// to `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The product is the quotient. The
-/// remainder is the last 16 bits of the quotient times `1 + x^5 + x^12`.
+/// to `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The result is the quotient. The
+/// remainder is the last 16 bits of the product of the quotient and `1 + x^5 + x^12`.
 #[inline(never)]
 fn mcrf4xx(register: u32, bytes: &[u8]) -> u32 {
     let (mut wide, mut rest) = (register, bytes);

@@ -38,7 +38,7 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 .checked();
 
 /// TBS's Crossfire protocol, which ExpressLRS uses too. A frame has 4 to 64 bytes: an address, a length, a type, up to
-/// 60 bytes of payload, and a CRC-8 of type and payload. The line runs at 416 666 or 400 000 baud.
+/// 60 bytes of payload, and a CRC-8 of type and payload. By default the line runs at 416 666 or 400 000 baud.
 ///
 /// A frame begins with the serial sync byte C8 or with the [`address`] of a device. This format accepts the bytes
 /// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each additional
@@ -67,10 +67,10 @@ pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
 pub struct Message<'a> {
     /// The frame's first byte.
     pub address: u8,
-    /// The frame's type. If it is 0x28 or more, the payload begins with the addresses of the destination and the
+    /// The frame's type. With most types from 0x28 on, the payload begins with the addresses of the destination and the
     /// origin.
     pub kind: u8,
-    /// The payload, 0 to 60 bytes. Its numbers are big endian.
+    /// The payload, 0 to 60 bytes. Its numbers are big endian, except the packed channels.
     pub payload: &'a [u8],
 }
 
@@ -122,7 +122,7 @@ impl EncodeInto for Crsf {
     }
 }
 
-/// CRSF's device addresses, except the reserved addresses.
+/// CRSF's device addresses, except the reserved and the dynamic addresses.
 #[allow(missing_docs, reason = "the specification, too, has names only")]
 pub mod address {
     pub const BROADCAST: u8 = 0x00;

@@ -1,4 +1,4 @@
-//! The messages of MAVLink's dialects. Each message has a number, and an extra byte that the CRC covers (`CRC_EXTRA`).
+//! The messages of two dialects of MAVLink. Each has a number, and an extra byte that the CRC covers (`CRC_EXTRA`).
 //!
 //! The tables were computed by pymavlink 2.4.50 from mavlink.io's definitions (github.com/mavlink/mavlink, de1e078 of
 //! 22 July 2026) and from ArduPilot's (github.com/ArduPilot/mavlink, 13f2f73 of 1 July 2026). A dialect's table also

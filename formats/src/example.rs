@@ -119,8 +119,8 @@ impl CheckedLayout<'_> {
         free.step_by(19).nth(number).unwrap_or_default()
     }
 
-    /// Returns true if the byte is content and not part of a terminator. If the checksum covers hex digits, the byte
-    /// must also be a hex digit.
+    /// Returns true if the byte is content and does not occur in [`terminator`](crate::Layout::terminator). If the
+    /// checksum covers hex digits, the byte must also be a hex digit.
     fn is_free(&self, byte: u8) -> bool {
         let covers_digits = self
             .checksum

@@ -1,5 +1,5 @@
 //! Functions for the tests of your own format. They check that the format keeps the laws of [`Format`], and that its
-//! encoding agrees with its decoding.
+//! encoding agrees with its other parts.
 
 use core::fmt;
 
@@ -64,9 +64,9 @@ impl core::error::Error for BrokenLaw {}
 ///
 /// If the longest frame has up to 64 bytes, the function classifies every prefix of the bytes. If the longest frame has
 /// more bytes, the function classifies only some prefixes: those near the changed byte, those near the length that the
-/// format asked for, every sixteenth prefix, and the longest prefix. In this case it also tries fewer changes: once a
-/// prefix has a final classification, the function changes each later byte to only sixteen values. A frame of 300 bytes
-/// takes seconds, even without optimisation.
+/// format asked for, every sixteenth prefix, and the longest prefix. Once a prefix has a final classification, the
+/// function classifies only the longest prefix, and changes each later byte to only sixteen values. A frame of 300
+/// bytes takes seconds, even without optimisation.
 ///
 /// # Errors
 /// Returns the first law that is broken, and the bytes that show the violation.

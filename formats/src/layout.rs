@@ -1,4 +1,4 @@
-//! The layout of a protocol's frames. In Rust a layout is a constant. For the command line, a TOML file describes it.
+//! The layout of a protocol's frames: in Rust usually a constant, and for the command line a TOML file.
 
 pub(crate) mod check;
 mod checksum;

@@ -16,7 +16,7 @@ const CRC: Crc<'static> = Crc {
     ..Crc::new(16, 0x1021)
 };
 
-/// MAVLink's checksum, which covers all bytes before it except the first.
+/// MAVLink's checksum, which covers all bytes before it except the first, and the message's extra byte.
 const CHECKSUM: Option<Checksum<'static>> = Some(Checksum {
     algorithm: Algorithm::Crc(CRC),
     from: 1,
@@ -127,8 +127,8 @@ impl Dialect<'_> {
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
-/// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is
-/// computed without a table.
+/// The CRC detects every burst of up to 16 wrong bits within the payload. One in 65 536 random frames passes
+/// undetected. The CRC is computed without a table.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.

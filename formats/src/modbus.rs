@@ -22,8 +22,8 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 }
 .checked();
 
-/// Modbus RTU: an address, a function code, up to 252 bytes of data, and a CRC-16. A pause of 3.5 characters follows
-/// each frame, and nothing else ends a frame. So report each pause to the receiver as
+/// Modbus RTU: an address, a function code, up to 252 bytes of data, and a CRC-16. A pause of at least 3.5 characters
+/// follows each frame. Only a pause or a break ends a frame, so report each pause to the receiver as
 /// [`LineEvent::Idle`](framelock::LineEvent::Idle).
 ///
 /// At a pause, the receiver delivers the longest frame that ends there and begins after the previous line event. If the

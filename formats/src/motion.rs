@@ -49,8 +49,8 @@ pub const SIX_AXES: CheckedLayout<'static> = Layout {
 /// [`SixAxesBigEndian`] has big-endian numbers instead. Use both formats with the small
 /// [`Receiver`](framelock::Receiver), which delivers each frame with the frame's last byte.
 ///
-/// There is no checksum. Only the first two and the last two bytes are checked, and the bytes of an axis may equal
-/// these four bytes. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).
+/// There is no checksum. Only the first two and the last two bytes are checked, and the numbers may contain bytes of
+/// the same values. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).
 ///
 /// Source: there is no standard. Motion software can be configured to send this frame for six axes of 16 bits.
 ///

@@ -36,11 +36,11 @@ pub const LAYOUT: CheckedLayout<'static> = Layout {
 /// digits, and CR LF. LF alone and CR CR LF are accepted too, because both line ends occur in logs. The standard's
 /// line runs at 4 800 baud. Satellite receivers often use another rate.
 ///
-/// Sentences without a checksum are rejected. The standard allows sentences of up to 82 bytes. Satellite receivers send
-/// longer sentences, such as PUBX,03 with 424 bytes, so sentences of up to 512 bytes are accepted. A sentence consists
+/// Sentences without a checksum are rejected. The standard allows frames of up to 82 bytes. Satellite receivers send
+/// longer frames, such as PUBX,03 with 424 bytes, so frames of up to 515 bytes are accepted. A sentence consists
 /// of printable characters except `$` and `!`, which begin another sentence.
 ///
-/// The checksum is an exclusive or. It detects each single wrong bit. One in 256 random sentences passes undetected.
+/// The checksum is an exclusive or. It detects a single wrong bit in a sentence. One in 256 random sentences passes.
 ///
 /// Source: u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "NMEA frame structure". The standard itself is not
 /// free.
@@ -76,8 +76,8 @@ impl Format for Nmea {
 }
 
 impl EncodeInto for Nmea {
-    /// Ends the frame with CR LF. Fails for frames of more than 515 bytes, and for sentences that contain `$`, `!` or a
-    /// character that is not printable.
+    /// Ends the frame with CR LF. Fails for frames of more than 515 bytes, and for sentences that are empty, or contain
+    /// `$`, `!` or a character that is not printable.
     fn encode_into<'b>(
         &self,
         sentence: &[u8],

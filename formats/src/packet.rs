@@ -1,8 +1,8 @@
 //! Packets of any bytes between delimiters: SLIP, COBS, and HDLC with a CRC-16.
 //!
 //! `MOST` is the number of bytes in the longest packet, without delimiters, stuffing and CRC. A receiver needs a buffer
-//! of `MOST + 1` bytes, or of `MOST + 3` bytes for [`Hdlc`], whose packets have a checksum. SLIP and COBS check
-//! nothing, so a packet whose bytes have changed on the line is delivered, too. If your packets have a checksum,
+//! of `MOST + 1` bytes, or of `MOST + 3` bytes for [`Hdlc`], whose packets have a checksum. SLIP and COBS have
+//! no checksum, so a packet whose bytes have changed on the line may be delivered. If your packets have a checksum,
 //! describe them as a [`Layout`](crate::layout::Layout), or check them in the program.
 //!
 //! ```

@@ -15,7 +15,7 @@ impl CheckedLayout<'_> {
     /// trailer before you call this function, and write the content of the trailer before or after the call.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
-    /// if there is a terminator before the end, or if a byte is not allowed as content.
+    /// if there is a terminator before the end, or if a byte is not allowed as content or should be a hex digit.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
         self.0.seal(frame)
     }

@@ -1,5 +1,5 @@
-"""Runs steps from random states in the prover's model of the processor and in QEMU (unicorn), and compares the two after
-every instruction."""
+"""Runs steps from random states in the prover's model of the processor and in QEMU (unicorn), and compares the two
+before every instruction."""
 
 import random
 import unicorn

@@ -84,8 +84,8 @@ class Step:
         self.fields |= {name: (setpoint + offset, size) for name, (offset, size) in SETPOINT.items()}
 
     def called(self, before, byte, assumed=()):
-        """Returns the state at the call. Registers and flags may have any value. The step must not read
-        padding, or parts of the stack that it has not written."""
+        """Returns the state at the call. The flags, and the registers that a call does not set, may have any value. The
+        step must not read padding, or parts of the stack that it has not written."""
         registers, memory = {name: z3.BitVec(name, 32) for name in REGISTERS}, {}
         registers |= {"r0": bits(self.writable[0].start), "r1": z3.ZeroExt(24, byte)}
         registers |= {"sp": bits(self.sp), "lr": bits(RETURN | 1)}

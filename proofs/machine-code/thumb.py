@@ -1,5 +1,5 @@
 """A symbolic Cortex-M4. It follows every path through a piece of machine code, for all values at once, with Z3. It
-stops with a failure at anything that it does not model: an unknown instruction, an access outside the given memory, or
+stops with an error at anything that it does not model: an unknown instruction, an access outside the given memory, or
 a jump to an unknown address."""
 
 import copy
@@ -29,7 +29,8 @@ class State:
     def __init__(self, image, pc, registers, memory, writable, assumed):
         self.image, self.pc, self.registers, self.memory, self.writable = image, pc, registers, memory, writable
         self.flags = {flag: z3.FreshBool() for flag in "NZCV"}
-        self.conditions, self.path = [], list(assumed)  # Set by IT for the next instructions; assumed on the whole path.
+        # IT sets `conditions` for the next instructions. `path` holds for the whole path.
+        self.conditions, self.path = [], list(assumed)
         self.instructions, self.cycles, self.lowest_sp = 0, 0, number(registers["sp"])
 
     def refuse(self, why):
@@ -82,7 +83,7 @@ class State:
         self.name, self.operands = self.now.insn_name(), self.now.operands
         self.pc += self.now.size
         self.instructions, self.cycles = self.instructions + 1, self.cycles + cycles(self.now)
-        # A 16-bit instruction inside an IT block sets no flags.
+        # Inside an IT block, a 16-bit instruction sets no flags, except cmp and tst.
         self.sets_flags = self.now.update_flags and not (self.conditions and self.now.size == 2)
         condition = self.holds(self.conditions.pop(0)) if self.conditions else z3.BoolVal(True)
         return sum([way.execute() if taken else [way] for taken, way in self.fork(condition)], [])
@@ -215,7 +216,7 @@ def cycles(instruction):
     return known.get(name, 2 if name.startswith(("ldr", "str")) else 1)
 
 def shift(kind, value, amount, carry):
-    """Returns the result and the carry. If the amount is unknown, the carry may be either."""
+    """Returns the result and the carry. If the amount is unknown or above 32, the carry may be either."""
     result = {"lsl": value << amount, "lsr": z3.LShR(value, amount), "asr": value >> amount}[kind]
     if (n := number(amount)) is None or n > 32:
         return result, z3.FreshBool()
@@ -226,8 +227,8 @@ def subtract(a, b, _):
     return a - b, z3.UGE(a, b), (a ^ b) & (a ^ (a - b)) < 0
 
 SHIFTS = {arm.ARM_SFT_ASR: "asr", arm.ARM_SFT_LSL: "lsl", arm.ARM_SFT_LSR: "lsr"}
-# Each function takes two operands and the carry. It returns either the result, the new carry and the new overflow flag,
-# or only the result. In the second case, the new carry is that of the last operand.
+# Each function takes two operands and the carry. It returns the result, perhaps followed by the new carry, and perhaps
+# by the new overflow flag. If it returns no carry, the new carry is that of the last operand.
 OPERATIONS = {
     "add": lambda a, b, c: (a + b, z3.ULT(a + b, a), (a ^ (a + b)) & (b ^ (a + b)) < 0),
     "sub": subtract, "cmp": subtract, "rsb": lambda a, b, c: subtract(b, a, c),

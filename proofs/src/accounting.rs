@@ -8,11 +8,11 @@
 //! for any values of the counters, even if they are about to wrap. A fed slice has the same effect as pushing its bytes
 //! (theorem 6).
 //!
-//! For every format, the receiver's engine neither loses nor invents a byte. When the engine has taken a byte, each of
-//! the pending bytes and the new one is in a delivered frame, discarded, or still pending (`one_byte` in
-//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is pushed,
-//! a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted), and
-//! [counts one resynchronisation after each loss](each_loss_ends_once).
+//! For every format (of the lengths in theorem 6), the receiver's engine neither loses nor invents a byte. When the
+//! engine has taken a byte, each of the pending bytes and the new one is in a delivered frame, discarded, or still
+//! pending (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted),
+//! whether a byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
+//! event](each_line_event_is_counted), and [counts one resynchronisation after each loss](each_loss_ends_once).
 //!
 //! For every format of any length, `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
@@ -27,7 +27,7 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
-/// Returns a line with this parser. All counters of bytes and frames have the value `start`. One value for all counters
+/// Returns a line with this parser. All counters except those of line events have the value `start`. One value
 /// suffices, because no counter depends on another counter.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
@@ -47,7 +47,7 @@ fn any_line<P>(parser: P, start: u32) -> Line<P> {
     Line::resumed(parser, counters)
 }
 
-/// Returns the increase of a counter.
+/// Returns the increase of a counter, which must be less than 256.
 fn up(counter: u32, start: u32) -> u8 {
     let up = counter.wrapping_sub(start).to_le_bytes()[0];
     assert!(counter == start.wrapping_add(u32::from(up)));
@@ -140,7 +140,7 @@ fn receiver_of_bin_crc8_is_emptied_by_events() {
     event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
 }
 
-/// A machine that reports these outcomes for each byte, each slice and each line event.
+/// A machine that reports these outcomes whenever it takes a byte, a slice, a line event or a poll.
 struct Reports<const COUNT: usize>([Found<()>; COUNT]);
 
 impl<const COUNT: usize> Parser for Reports<COUNT> {
@@ -244,7 +244,7 @@ fn two_are_counted(
     let is_loss_ended = !first && second;
     let resynchronisations = start.wrapping_add(u32::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
-    // Each outcome changes only its own counter. The harness watches one arbitrary counter.
+    // Of these counters, each outcome changes only its own. The harness watches an arbitrary one of them.
     let (watched, counter) = any_place(counters);
     let more = match reports[1] {
         Found::Discarded { count, why, .. } if Some(why) == watched => count,

@@ -1,4 +1,4 @@
-//! A parser that does anything that a [`Parser`] may do.
+//! A parser with arbitrary results.
 
 use framelock::any_format::any_mismatch;
 use framelock::{Found, LineEvent, Parser};

@@ -6,7 +6,8 @@
 //! Proof by induction. The harness takes any history, a machine whose state matches the history, and any next byte. It
 //! shows that the machine delivers exactly when the theorems say so, and that the new state matches the history with
 //! this byte appended. The state at reset matches the empty history, so the theorems hold after every stream. The
-//! module `commits` in `core/src/window/verification.rs` has the proof for every format.
+//! module `commits` in `core/src/window/verification.rs` has the proof for every format of one to eight bytes, and of
+//! sixteen.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};

@@ -1,6 +1,6 @@
 //! Theorem 11: if a parser at reset receives an encoded setpoint, the parser delivers this setpoint. Conversely, if a
-//! parser at reset delivers a setpoint with the last byte of a frame, the frame is the encoding of this setpoint, apart
-//! from the reserved byte (F1, F2).
+//! parser at reset delivers a setpoint with the last byte of a frame whose reserved byte is 0, the frame is the
+//! encoding of this setpoint (F1, F2).
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};

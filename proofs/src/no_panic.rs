@@ -1,6 +1,6 @@
-//! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
-//! memory out of bounds (F1, M1, R1, L1). Functions that only write text are not included. The harnesses for the
-//! engine's parts and the failsafe are in `core`.
+//! Theorem 1: no public function of the core, except those that write text, panics, overflows, or accesses memory out
+//! of bounds, from any state and with any arguments (F1, M1, R1, L1). `../README.md` states the limits of the proof.
+//! The module `reader` and the crate `core` have the other harnesses of this theorem.
 
 use framelock::any_format::any_line_event;
 use framelock::any_format::part;
@@ -79,7 +79,7 @@ fn slice_is_pulled<P: OfSetpoints>(parser: P, bytes: &[u8]) -> (usize, &[u8]) {
     (placed, rest)
 }
 
-/// A receiver's `next` takes a slice of any length. Each byte of the slice is a terminator, so it may complete a frame.
+/// A receiver's `next` takes a slice of any length. The first byte is a terminator, so it may complete a pending frame.
 /// `core` has the harnesses for the receiver's `feed`.
 #[kani::proof]
 #[kani::unwind(9)]

@@ -1,10 +1,11 @@
 //! Theorem 1 for the reader. The harnesses also show that each byte of a read is parsed once (theorem 6).
 //!
-//! The harnesses call the blocking and the async functions of [`Reader`] from any state, with any parser and a source
-//! that does anything: a read returns any number, even one larger than the buffer, or it returns an error, or it is
-//! pending. The future of a pending read is dropped. The source returns an error to a second read in the same call. By
-//! then, the parser must have taken all bytes of the first read. The harnesses need no later reads: an execution that
-//! reads a second time is at the start of the loop again, in another state, and the harnesses start from any state.
+//! The harnesses call `next_message_with` and `next_message_async_with` of [`Reader`] from any state, with any parser
+//! and a source that does anything: a read returns any number, even one larger than the buffer, or it returns an error,
+//! or it is pending. The future of a pending read is dropped. The source returns an error to a second read in the same
+//! call. By then, the parser must have taken all bytes of the first read. The harnesses need no later reads: an
+//! execution that reads a second time is at the start of the loop again, in another state, and the harnesses start from
+//! any state.
 
 use core::cell::Cell;
 use core::future::{Future as _, pending};

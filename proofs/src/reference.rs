@@ -3,11 +3,11 @@
 //! It follows the protocol's text, and is written to be obviously right rather than fast:
 //!
 //! * **framelock**: if a frame begins at a position, the reference delivers the frame and continues after the frame.
-//!   Otherwise it drops one byte. So the reference delivers the leftmost non-overlapping matches of the byte regex
+//!   Otherwise it drops one byte. So the frames of [`Bin`] are the leftmost non-overlapping matches of the byte regex
 //!   `(?s-u)AB.{4}\r`.
 //! * **lecture**: as for framelock, but if there is no frame, the reference drops all bytes up to and including the
 //!   first wrong one: one byte if the first is not `'A'`, two if the second is not `'B'`, seven if the last is not CR.
-//!   The format [`Lecture`] defines this.
+//!   The function `dropped` of [`Lecture`] returns this number.
 //!
 //! The loops visit every index in order and never jump, so that a model checker can follow them.
 
@@ -18,8 +18,8 @@ pub trait NaiveFormat {
     /// Bytes in a frame.
     const LENGTH: usize;
 
-    /// Returns the first position, counted from 0, at which `bytes` differ from a frame. There are at most
-    /// `LENGTH` bytes. If only the checksum is wrong, the result is `LENGTH`.
+    /// Returns the first position, counted from 0, at which `bytes` differ from a frame. `bytes` holds at most `LENGTH`
+    /// bytes. If only the checksum is wrong, the result is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 
     /// Returns the number of bytes to drop if the frame's first wrong byte is at this position.
@@ -141,11 +141,12 @@ pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[
     0
 }
 
-/// The reference for frames of any length: asks the format about all following bytes, at one position after another.
-/// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame begins.
-/// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`end`), this
-/// number is 0: the reference asks [`classify_before`](framelock::Format::classify_before) instead of waiting. Once it
-/// has done so, each byte that `classify` rejects is discarded as [`LineEvent`](DiscardReason::LineEvent).
+/// The reference for frames of any length. Asks the format at one position after another, each time about at most as
+/// many bytes as the longest frame has. Reports every frame and every discarded byte, in order. A frame's message is
+/// the position at which the frame begins. Returns the number of bytes at the end that may still become a frame. If a
+/// line event ends the stream (`end`), this number is 0: the reference asks
+/// [`classify_before`](framelock::Format::classify_before) instead of waiting. Once it has done so, each byte that
+/// `classify` rejects is discarded as [`LineEvent`](DiscardReason::LineEvent).
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],

@@ -1,7 +1,7 @@
-//! Theorem 7: from any state, a receiver delivers each frame that it receives in full, with the frame's last byte. The
-//! only exception is a frame in which another delivered frame ended, between the sync and the terminator (R1). So the
-//! receiver delivers a frame during any whole frame, but perhaps a false one. A frame that begins directly after a
-//! reset or a line event is delivered (L1). The lecture's machine can stay deaf for ever (M1).
+//! Theorem 7: from any state, a receiver of BIN or BIN-CRC8 delivers each frame that it receives in full, with the
+//! frame's last byte. The only exception is a frame in which another delivered frame ended, between the sync and the
+//! terminator (R1). So the receiver delivers a frame during any whole frame, but perhaps a false one. A frame that
+//! begins directly after a reset or a line event is delivered (L1). The lecture's machine can stay deaf for ever (M1).
 //!
 //! No receiver of BIN can promise more. The reason is that the bytes before a frame, together with the frame's first
 //! bytes, may themselves be a frame (N2).

@@ -1,9 +1,9 @@
 //! Theorem 6: however a stream is cut into slices, the results are the same as if the bytes were pushed one by one. The
 //! results are the frames, their offsets, the dropped bytes, the reasons, and the pending bytes (R5).
 //!
-//! For receivers of every format, the proof is in `core/src/window/verification.rs`.
-//! [`receiver_is_its_window`] shows that the functions of `Receiver` do the same as those of its window. This module
-//! has the proof for the lecture's machine.
+//! For receivers of every format, the proof is in `core/src/window/verification.rs`, which states the lengths of
+//! frames. [`receiver_is_its_window`] shows that the functions of `Receiver` do the same as those of its window. This
+//! module has the proof for the lecture's machine.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};

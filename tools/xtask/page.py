@@ -1,7 +1,7 @@
-"""Writes the page that shows the machines in a browser: page.py FOLDER [--open]. With --open, also opens the page. The
-page is one file, which contains its style, its script and the machines as WebAssembly. So the page works from a folder
-and from any static host. Its security policy allows only its own style and script, by their hashes. The page can
-therefore load nothing and send nothing."""
+"""Writes the page that shows the machines in a browser: page.py TARGET [--open]. TARGET is cargo's target folder. With
+--open, also opens the page. The page is one file, which contains its style, its script and the machines as WebAssembly.
+So the page works from a folder and from any static host. Its security policy allows only its own style and script, by
+their hashes, and pictures that the page itself contains. The page can therefore load nothing and send nothing."""
 import base64
 import gzip
 import hashlib

@@ -1,6 +1,7 @@
 /* Lets a proof choose the messages that a header of MAVLink knows. On an AVR, a header reads its tables with the macros
- * of avr/pgmspace.h. The files for MAVLink define `__AVR__`, so they include this file instead. Its macros read up to
- * four messages that the proof chooses. So the proofs hold for any table of up to four messages. */
+ * of avr/pgmspace.h. The files for MAVLink define `__AVR__`, so they include this file instead. Its macros read, in
+ * place of the header's messages, up to four messages that the proof chooses. So the proofs hold for any table of up to
+ * four messages. */
 #define PROGMEM
 #define pgm_read_byte(entry) extra_at(entry)
 #define pgm_read_word(entry) number_at(entry)

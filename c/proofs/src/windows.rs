@@ -100,7 +100,7 @@ fn are_related<F: FixedFormat, const N: usize>(
     }
 }
 
-/// Returns all counters, in the order of the C files.
+/// Returns all counters except `broken_stuffing`, which only packets need, in the order of the C files.
 pub(crate) fn counters(counters: &Counters) -> [u32; 17] {
     let Counters {
         bytes,

@@ -10,8 +10,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// pending before the call, the function copies only the bytes that are pending after the call.
     ///
     /// The results do not depend on how a stream is cut into slices. If the call drops `d` bytes and delivers `f`
-    /// frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to classify the bytes that
-    /// `push` has left undecided.
+    /// frames, it asks the format for at most `2 (d + f) + 1` classifications. Feed an empty slice to classify the
+    /// bytes that `push` has left undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {

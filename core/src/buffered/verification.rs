@@ -4,7 +4,7 @@
 //! the byte's index in the stream. The format may then give, about each place, any answer that the laws of [`Format`]
 //! allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about one place.
 //!
-//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
+//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about the bytes
 //! from the place on. If a frame begins at the place, the reference continues after the frame. If no frame begins
 //! there, the reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
@@ -41,11 +41,11 @@
 //! invariant that does not concern the format's answers ([`lawless`]). Each iteration of each loop delivers, drops or
 //! stores at least one byte, or ends the loop.
 //!
-//! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
-//! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an
-//! empty slice, or a line event then classifies these bytes. Each of the three runs a loop that continues from any
-//! state that fits (`poll` is `next` of an empty slice). The loops of `feed` and of a line event run the public steps
-//! `poll_step` and `line_event_step`. Each step asks the format each question at most once ([`line_events`]).
+//! **13c: `push`** calls `classify_after` at most once. The events of `push` are the reference's next events. If `push`
+//! has no event, neither has the reference ([`pushes`]). `push` may leave bytes undecided. `poll`, `feed` of an empty
+//! slice, or a line event then classifies these bytes. Each of the three runs a loop that continues from any state that
+//! fits (`poll` is `next` of an empty slice). The loops of `feed` and of a line event run the public steps `poll_step`
+//! and `line_event_step`. Each step calls `classify_after` and `classify_before` at most once each ([`line_events`]).
 //!
 //! **13d: completeness.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares
 //! bytes with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place
@@ -206,7 +206,7 @@ impl<const L: usize> Format for Any<'_, L> {
                 || row.settled_at == 1
                     && row.settled == Classification::Rejected(DiscardReason::NoSync),
         );
-        // Law 5 demands that the first `seen` bytes are incomplete.
+        // `classify_after` demands that the first `seen` bytes are incomplete.
         assert!(seen < row.settled_at);
         row.classify(bytes.len())
     }
@@ -237,8 +237,8 @@ impl<const L: usize> Format for Any<'_, L> {
     }
 }
 
-/// Returns a receiver in any state that [fits]. At most `most` bytes are pending. The byte at index `i` of the buffer
-/// stands for the place `i`.
+/// Returns a receiver in any state that [fits]. At most `most` bytes are pending. A pending byte at index `i` of the
+/// buffer stands for the place `i`.
 fn any_receiver<const L: usize, const N: usize>(
     format: Any<'_, L>,
     most: usize,

@@ -1,5 +1,5 @@
-//! Arbitrary classifications, lawful or not. The harnesses of theorem 13 use them, in this crate and in
-//! `framelock-formats`.
+//! Arbitrary classifications, lawful or not, and other arbitrary values. The harnesses in this crate and in
+//! `framelock-formats` use them.
 
 use crate::{Classification, DiscardReason, LineEvent};
 

@@ -1,4 +1,4 @@
-//! The failsafe: bounds the speed of the actuators, and moves the actuators safely when frames stop or come again.
+//! The failsafe: bounds the speed of the actuators, and moves the actuators slowly when frames stop or come again.
 //!
 //! ```text
 //!    silence >= hold_after          silence >= ramp_after          every axis at park
@@ -107,10 +107,10 @@ pub struct FailsafeParameters<D, const AXES: usize> {
     /// The shortest time of an approach, at least 1 tick. Late polls make the approach longer.
     pub approach_for: u32,
     /// The time that an axis takes for its whole travel in an approach, and on its way to park. It is at least
-    /// `live_travel`.
+    /// `live_travel`, and at most half the clock's range.
     pub approach_travel: u32,
     /// The time that an axis takes for its whole travel when it is live. It is at least four times `longest_step`, so
-    /// no poll moves an axis by more than a quarter of its travel.
+    /// no poll moves an axis by more than a quarter of its travel, rounded up.
     pub live_travel: u32,
 }
 
@@ -170,8 +170,8 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
         if slow > fast { slow } else { fast }
     }
 
-    /// Returns the longest time in ticks from the poll that takes the last frame until every axis is at park, if no two
-    /// polls are more than `longest_step` apart. The first poll after this time finds every axis at park.
+    /// Returns a bound in ticks on the time from the poll that takes the last frame until every axis is at park, if no
+    /// two polls are more than `longest_step` apart. The first poll after this time finds every axis at park.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
         let ways = self.park.into_iter().map(|park| {
@@ -183,7 +183,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
         u64::from(ticks).saturating_add(self.ramp_after.into())
     }
 
-    /// Returns the longest time in ticks from the poll that starts an approach until every axis is live, however the
+    /// Returns a bound in ticks on the time from the poll that starts an approach until every axis is live, however the
     /// demands move, if frames keep coming and no two polls are more than `longest_step` apart. The first poll after
     /// this time finds every axis live.
     #[must_use]
@@ -332,11 +332,11 @@ pub struct Output<D, const AXES: usize> {
 ///
 /// Two consecutive outputs of an axis differ by at most [`most_per_poll`](FailsafeParameters::most_per_poll) units, and
 /// by no more than the axis's speed allows for the time that has passed. This holds in every phase, whatever bytes
-/// come, whatever the clock does, and whenever `poll` is called. For all parameters, `most_per_poll` is at most a
-/// quarter of the travel. If time stands still, nothing moves. After a silence of `hold_after`, a single frame moves
-/// nothing, and several frames in a row start a slow approach. An approach lasts at least `approach_for`, unless a
-/// silence ends it. If frames keep coming and no poll is late, every axis is live within
-/// [`live_after`](FailsafeParameters::live_after) of the approach's start, however the demands move.
+/// come, whatever the clock does, and whenever `poll` is called. `most_per_poll` is at most a quarter of the travel,
+/// rounded up, because `live_travel` is at least four times `longest_step`. If time stands still, nothing moves. After
+/// a silence of `hold_after`, a single frame moves nothing, and several frames in a row start a slow approach. An
+/// approach lasts at least `approach_for`, unless a silence ends it. If frames keep coming and no poll is late, every
+/// axis is live within [`live_after`](FailsafeParameters::live_after) of the start, however the demands move.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///

@@ -5,7 +5,7 @@ use core::cell::Cell;
 use super::{BLOCK, blocks_without_start, run_without_start};
 use crate::any_format::part;
 
-/// Returns whether the byte is odd. In the harnesses the odd bytes start a frame, and the even bytes do not. This
+/// Returns whether the byte is odd. In two harnesses the odd bytes start a frame, and the even bytes do not. This
 /// choice stands for any format, because the search uses no property of a byte except whether it starts a frame.
 fn is_odd(byte: u8) -> bool {
     byte % 2 == 1
@@ -40,8 +40,8 @@ fn runs_end_at_a_start() {
     kani::cover!(run == 0, "none");
 }
 
-/// Theorem 1: the search takes slices of any length up to 4096 bytes. In this harness the second examined byte starts a
-/// frame. Otherwise the prover would have to unroll one iteration for each block of the slice.
+/// Theorem 1: the search takes slices of any length up to 4096 bytes. In this harness `starts` returns false once, and
+/// then always true. Otherwise the prover would have to unroll one iteration for each block of the slice.
 #[kani::proof]
 #[kani::unwind(18)]
 fn long_slice_is_searched() {

@@ -1,23 +1,23 @@
 //! Theorem 14: the receiver of packets between delimiters.
 //!
-//! **14a: packets.** For [`Stuffing::Escape`], [`Stuffing::Cobs`] and [`Stuffing::Break`]: a packet is delivered if and
-//! only if it stands between two delimiters, the format accepts it, and no line event lies between the delimiters
-//! except a pause directly after the first one. The proof follows the receiver through a stream of any length
-//! ([`between_delimiters`]). From any state, a delimiter begins a packet, and a line event ends the packet, except a
-//! pause directly after the delimiter. Outside packets nothing is delivered. After a delimiter, the receiver takes up
-//! to five bytes and another delimiter, and delivers the packet between the two delimiters if the format accepts it,
-//! and otherwise nothing. The harness undoes the stuffing with a function of its own, which sees all bytes between the
-//! delimiters at once.
+//! **14a: packets.** For SLIP, HDLC, COBS and breaks: a packet is delivered if and only if it stands between two
+//! delimiters, the format accepts it, and no line event lies between the delimiters except a pause directly after the
+//! first one. The proof follows the receiver through a stream of any length ([`between_delimiters`]). From any state, a
+//! delimiter begins a packet, and a line event ends the packet, except a pause directly after the delimiter. Outside
+//! packets nothing is delivered. After a delimiter, the receiver takes up to five bytes and another delimiter, and
+//! delivers the packet between the two delimiters if the format accepts it, and otherwise nothing. The harness undoes
+//! the stuffing with a function of its own, which sees all bytes between the delimiters at once.
 //!
 //! **14b: any format and any stuffing**, even if the format breaks its laws and the special bytes are equal. Nothing
 //! panics, and each byte is in exactly one outcome or pending. Proof by induction over the receiver's calls, with the
 //! invariant [`fits`]. `feed` and `next` only repeat the step of `push` ([`any_state`]).
 //!
-//! **14c: stuffing** can be undone. The receiver delivers each packet that [`Stuffing::stuff`] writes. No delimiter is
+//! **14c: stuffing** can be undone. Unstuffing what [`Stuffing::stuff`] writes gives the packet. No delimiter is
 //! between the first and the last byte of the stuffed packet ([`round_trip`]).
 //!
-//! **14d: DLE framing.** From any state, a receiver that takes a whole packet delivers this packet with its last byte.
-//! In the harnesses, every earlier packet that contains this packet is too long ([`from_any_state`]).
+//! **14d: DLE framing.** From any state, a receiver that takes a whole packet delivers this packet with its last byte,
+//! unless it delivers an earlier packet that contains this packet. In the harnesses, each such earlier packet is too
+//! long to be delivered ([`from_any_state`]).
 
 mod any_state;
 mod between_delimiters;
@@ -207,8 +207,8 @@ fn receiver_in<F: PacketFormat, const L: usize>(
 }
 
 /// Returns whether the invariant holds. Outside a packet only an escape byte of DLE framing is pending. Inside a packet
-/// at least the delimiter and one byte for each byte of the packet are pending. In DLE framing, the exact number of
-/// pending bytes follows from the packet.
+/// at least the delimiter, unless it is a break, and one byte for each byte of the packet are pending. In DLE framing,
+/// the exact number of pending bytes follows from the packet and from whether an escape byte came last.
 fn fits<F: PacketFormat, const L: usize>(receiver: &Receiver<'_, F, L>) -> bool {
     let (length, pending) = (receiver.length, receiver.pending);
     let stuffing = receiver.format.stuffing();

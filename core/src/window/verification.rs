@@ -1,7 +1,7 @@
 //! Theorems about the engine, for every format. For each byte of the frame, a format either fixes the value or allows
-//! any value. The format may also have any further check. Each module has one harness per length of frame. Theorem 6 is
-//! proved for frames of up to three bytes, and of seven and eight bytes. Frames of other lengths run the same generic
-//! code.
+//! any value. The format may also have any further check. Each submodule has one harness per length of frame. Theorem 6
+//! is proved for frames of up to three bytes, and of seven and eight bytes. Frames of other lengths run the same
+//! generic code.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note, or `EMPTY` if it delivers a frame.
 //! [`push_with`](Window::push_with) leaves a window with a note, from which the number of pending bytes follows. The
@@ -124,7 +124,7 @@ where
 {
     let places: [Option<u8>; N] = kani::any();
     let shape = Shape::new(places);
-    // The bytes before the pushed byte, and how many of them came since the last delivered frame.
+    // The bytes before the pushed byte, and the number since the last delivered frame, or N - 1 if this is less.
     let mut history: [u8; N] = kani::any();
     let since: usize = kani::any_where(|&since| since < N);
     let byte: u8 = kani::any();
@@ -214,8 +214,8 @@ where
 
 /// Takes one byte in any state. `push_with` delivers the frame that `push` delivers, and leads to the same window, plus
 /// the note for the number of bytes that are pending. It discards pending bytes, oldest first, each for the reason that
-/// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte,
-/// and each byte that was pending, is part of the frame, discarded, or pending.
+/// [`first_mismatch`] gives, or because a frame fails the check. It stops at the first byte with which a frame can
+/// still begin. Afterwards the new byte, and each byte that was pending, is part of the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -395,8 +395,8 @@ where
     kani::cover!(dropped == Some(1) && bytes.len() == 4096, "no frame");
 }
 
-/// `load` copies the first bytes of a slice to the highest bytes of a word. `from_word` returns the lowest bytes of a
-/// word.
+/// `load` fills a word with the first bytes of a slice, the first byte in the highest position. `from_word` returns the
+/// lowest bytes of a word.
 #[kani::proof]
 #[kani::unwind(10)]
 fn words_hold_frames() {

@@ -1,4 +1,4 @@
-//! Tests the core against the lecture's table and known properties of the protocol.
+//! Tests of the core's public items.
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 mod buffered;

@@ -1,4 +1,4 @@
-//! Tests the default functions of [`Parser`].
+//! Tests the default functions `push` and `next` of [`Parser`].
 
 use framelock::{DiscardReason, Found, LineEvent, Parser};
 

@@ -152,7 +152,7 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
 }
 
 /// With BIN-CRC8, no frame that is repeated without a pause gives a wrong setpoint. Only one repeated stream contains
-/// frames at two offsets. Their payloads are 0A 0D 41 42 and EF 0D 41 42, so both frames have the same setpoint.
+/// frames at two offsets. These frames have the payloads 0A 0D 41 42 and EF 0D 41 42, so both have the same setpoint.
 #[test]
 fn repeated_frames_of_bin_crc8_give_no_wrong_setpoint() {
     // A repeated frame can contain another frame only if CR, A and B follow one another in its payload, or if its

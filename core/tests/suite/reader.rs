@@ -15,11 +15,11 @@ use crate::packets::Any;
 enum Answer {
     Bytes(Vec<u8>),
     Error(ErrorKind),
-    /// The line is silent for ever. The blocking UART does not give this answer.
+    /// The line is silent, so the async read never ends. The blocking read ends the source instead.
     Silence,
 }
 
-/// A UART that gives these answers, and then nothing more.
+/// A UART that gives these answers, and then ends.
 struct Uart {
     answers: VecDeque<Answer>,
 }

@@ -1,4 +1,4 @@
-//! Tests the sizes in bytes that the crate's first page states.
+//! Tests the sizes in bytes that the crate's first page states, except those of `PacketReceiver` and `Reader`.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Failsafe};

@@ -1,16 +1,16 @@
 //! Decides which of the received bytes reach the firmware's receiver. Accesses the hardware only through [`Registers`].
 //!
 //! Each transfer of EasyDMA stores one byte, and ENDRX is the event at its end. At each ENDRX the handler reads the
-//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. A transfer is also
-//! started when the UARTE is switched on. No other code starts a transfer, so no byte is overwritten before it is read.
-//! Bytes that arrive between two transfers wait in the UARTE's FIFO.
+//! byte, starts the next transfer, and hands the byte on to the receiver or drops it. A transfer is also started when
+//! the UARTE is switched on. No other code starts a transfer, so no byte is overwritten before it is read, unless the
+//! chip duplicates an ENDRX. Bytes that arrive between two transfers wait in the UARTE's FIFO.
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte *waits* if
-//! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX to the round that reads the
-//! timer. So it includes the duration of the byte that ends the silence, and the delay of the round. For a silence of
-//! S, choose `GAP` as the sum of S and the duration of a byte. Then a round that is not late reports every silence
-//! longer than S, and none that is shorter. A late round makes a silence look longer by its delay, so it may report a
-//! gap on a line without pauses. Such a gap costs the frame that it ends, and is counted.
+//! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX, or from a later line error, to
+//! the round that reads the timer. So it includes the duration of the byte that ends the silence, and the delay of the
+//! round. For a silence of S, choose `GAP` as the sum of S and the duration of a byte. Then rounds that are not late
+//! report every silence longer than S, and none that is shorter. A late round may report a gap on a line without
+//! pauses. Such a gap costs the frame that it ends, and is counted.
 //!
 //! ```text
 //!            ┌───────────┐    line error: report it    ┌──────────┐
@@ -35,8 +35,8 @@
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
 //! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
 //! a round at each tick. So if one of these other events is lost, duplicated or late, a decision is delayed by at most
-//! one tick. A lost ENDRX is noticed in memory: a byte that lies there from one tick to the next was never read. A
-//! duplicate ENDRX is cleared before the next transfer.
+//! one tick. A lost ENDRX is noticed in memory: a byte that lies there from one tick to the next was never read. An
+//! ENDRX that comes twice before the next transfer counts once. A duplicate after STARTRX causes a spurious byte.
 //!
 //! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. Before the UARTE is switched off, its receiver
 //! must be stopped. So the reception triggers STOPRX, and RXTO follows five byte times after STOPRX. No handler has to
@@ -132,13 +132,13 @@ struct SinceByte {
 /// The state of the reception.
 ///
 /// If a byte waits in the FIFO when a transfer is opened, the UARTE stores it within `NONE_WAITS` (assumption A1).
-/// `GAP` is the time since STARTRX from which a round reports a gap: the length of a silence plus the duration of the
-/// byte after the silence.
+/// `GAP` is the timer's count from which a round reports a gap: the length of a silence plus the duration of the byte
+/// after the silence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,
     since_byte: SinceByte,
-    /// The number of line errors since the last tick.
+    /// The number of rounds with line errors since the last tick.
     errors: u8,
     /// Whether there was a round since the last tick.
     served: bool,
@@ -161,9 +161,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // The order of these reads matters. Read the timer before ENDRX: if `NONE_WAITS` had elapsed, and ENDRX has
-        // still not come, no byte was waiting. Read the byte before ERRORSRC: if ERRORSRC still shows no error, the
-        // byte was stored before any error.
+        // The order of these reads matters. Read the timer first: if `NONE_WAITS` had elapsed, and neither ENDRX nor a
+        // byte in memory has come, no byte was waiting. Read the byte before ERRORSRC: if ERRORSRC still shows no
+        // error, the byte was stored before any error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);
@@ -219,8 +219,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
         // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4). So its ENDRX came before
-        // the overrun, or is lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not
-        // come, it is lost.
+        // the overrun, or is late or lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has
+        // still not come, it counts as lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
         if is_full && !ended && !registers.ended() {
             self.stop(registers);

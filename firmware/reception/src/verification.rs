@@ -9,27 +9,27 @@
 //!   other byte was handed on before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
 //! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. A gap is measured from
-//!   STARTRX to the round, so it includes the duration of the byte that ends the silence, and the delay of the round.
-//!   If rounds are late by the time `GAP`, a gap is reported on a line without pauses. An ENDRX that has not come
-//!   counts as lost once its byte has lain in memory from one tick to the next, or once the FIFO has overrun.
+//!   STARTRX, or from a later line error, to the round. So it includes the duration of the byte that ends the silence,
+//!   and the delay of the round: a round that is late by `GAP` reports a gap on a line without pauses. An ENDRX that
+//!   has not come counts as lost once its byte has lain in memory from one tick to the next, or the FIFO has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and hands the byte on
-//!   or drops it. If the round drops the byte, this round or an earlier one has reported an event since the last byte
-//!   was handed on. Each gap is reported once. The round leaves a transfer open, unless an ENDRX is late or lost. It
-//!   also clears ENDRX and ERROR.
+//!   or drops it. If the round drops the byte, an event has been reported between the last byte that was handed on and
+//!   the end of this round. Each gap is reported once. The round leaves a transfer open, unless an ENDRX is late or
+//!   lost. It also clears ENDRX and ERROR.
 //! * L2. After the last error, the reception leaves the drain in the first round that finds a transfer open, the timer
 //!   at `NONE_WAITS` or later, and no byte in memory. All bytes that are read before this round are dropped. If no byte
-//!   arrives after the last error, these are at most the byte in memory and the bytes in the FIFO. If rounds are late
-//!   and bytes follow each other without a pause, the drain does not end before the first pause.
+//!   arrives after the last error, these are at most the byte in memory and the bytes in the FIFO. While bytes follow
+//!   each other without a pause, and each round begins only after the next byte is stored, the drain does not end.
 //! * L3. If an ENDRX is lost, the reception reports the loss and stops the UARTE by the second tick. If the byte in
 //!   memory looks like no byte, the report and the stop come only when the FIFO has overrun. The UARTE is restarted in
 //!   the round that RXTO requests, five byte times after the stop. If RXTO is lost, the UARTE is restarted in the first
 //!   round after twice the time `GAP` since the stop. From then on L2 holds. If one ENDRX after another is lost, the
 //!   watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
-//!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
-//!   STARTRX, the spurious byte replaces the stored one, and nothing is reported. From then on the whole theorem holds
-//!   again. L4 is proved for bytes whose own ENDRX is neither late nor lost. The proof treats the call of `start` as a
-//!   single step.
+//!   most one spurious byte, with the value `NO_BYTE`. The round that answers the duplicate reads memory, then gives
+//!   STARTRX. If the open transfer stores a byte between these two accesses, the spurious byte replaces the stored one,
+//!   and nothing is reported. From then on the whole theorem holds again. L4 is proved for bytes whose own ENDRX is
+//!   neither late nor lost. The proof treats the call of `start` as a single step.
 //!
 //! The proof is by induction. [`chip`] models the chip as the handler sees it. [`invariant`] states the invariant of
 //! the chip and the reception. The invariant holds at the start, and every step of the chip preserves it ([`safety`]).

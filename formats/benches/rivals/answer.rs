@@ -42,8 +42,8 @@ impl Answer {
     }
 }
 
-/// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split.
-/// Also panics if framelock loses a whole frame, unless a delivered false frame shares bytes with the lost frame.
+/// Panics unless framelock delivers the same frames as the reference, in the same order, in pieces of each size. Also
+/// panics if framelock loses a whole frame, unless an earlier delivered frame shares bytes with the lost frame.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;

@@ -13,9 +13,8 @@ use object::{Object, ObjectSection};
 /// Symbols of panics. Every panic calls a function of `core::panicking`, which calls the program's handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
-/// Symbols whose size is not counted: functions that almost every program contains, and the MAVLink dialect, which the
-/// user chooses.
-const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::message"];
+/// Symbols whose size is not counted: functions that almost every program contains.
+const COMMON: [&str; 3] = ["memcpy", "memclr", "memset"];
 
 /// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
@@ -64,7 +63,7 @@ impl Program {
             .args(["build", "--quiet", "--release", "--locked", "--features"])
             .arg(features)
             .current_dir(&folder)
-            // Cargo sets these variables for benchmarks, but the program is built for another target.
+            // If these variables are set, they are meant for the benchmark. The program is built for another target.
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_TARGET_DIR")
             .status()?;

@@ -22,7 +22,7 @@ pub(crate) struct Protocol {
     pub(crate) feature: &'static str,
     /// The index of the length byte, or of the second byte if the protocol has no length byte.
     pub(crate) length_at: usize,
-    /// The bytes that occur in the payloads of the sync-dense stream: bytes that begin frames, and short lengths.
+    /// The bytes from which the payloads of the sync-dense stream are drawn: bytes of syncs, headers and terminators.
     pub(crate) sync_dense: &'static [u8],
     /// The bytes that each hostile stream repeats.
     pub(crate) hostile: &'static [&'static [u8]],
@@ -31,7 +31,7 @@ pub(crate) struct Protocol {
     /// Extracts from a frame the key that identifies this frame in the comparison. The key is a part of the frame that
     /// every receiver returns to its user.
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
-    /// framelock's receivers, then the other ones.
+    /// framelock's receiver, then the others.
     pub(crate) contenders: fn() -> Vec<Entry>,
 }
 

@@ -8,8 +8,8 @@ use crate::streams::{FAULTS, Stream};
 
 /// The number of frames in a stream.
 const FRAMES: u16 = 6_000;
-/// The number of times that each measurement is repeated. Only the fastest measurement counts, because other work on
-/// the machine can only slow a measurement down.
+/// The number of rounds, each of several passes. Only the fastest pass of each measurement counts, because other work
+/// on the machine can only slow a pass down.
 const ROUNDS: usize = 60;
 /// The pieces in which the receivers get a stream: single bytes, 64 bytes (a common size for half of a DMA buffer), and
 /// the whole stream.

@@ -18,8 +18,9 @@ const BEHIND: [u8; 300] = [0x55; 300];
 /// The faults of the line.
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
-    /// The probability that a byte is lost, and the probability that one bit of a byte is inverted.
+    /// The probability that a byte is lost.
     lost: f64,
+    /// The probability that one bit of a byte is inverted.
     flipped: f64,
     /// The probability that a burst of random bytes begins at a byte. These bytes replace the sent bytes.
     burst: f64,

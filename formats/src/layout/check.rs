@@ -9,8 +9,8 @@ use super::{Layout, Length, Number, Patterns, index, larger};
 use checksum::check_checksum;
 use content::check_content;
 
-/// A contradiction between the parts of a [`Layout`](super::Layout). The message says which part is wrong, and how to
-/// correct it.
+/// A contradiction between the parts of a [`Layout`](super::Layout). The message says which part is wrong, and states
+/// the reason.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Contradiction {
     /// The part that is wrong.
@@ -138,7 +138,7 @@ const fn distance_from_end(place: i16) -> usize {
     }
 }
 
-/// Checks each part by itself.
+/// Checks everything that does not depend on a frame's length, except the content and the checksum.
 const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
     reject_if!(
         !are_whole(&layout.sync),

@@ -5,7 +5,7 @@
 pub struct Checksum<'a> {
     /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
-    /// The number of bytes of the checksum, 1 to 4. If the sum is longer, only its lowest bytes are used. With
+    /// The number of bytes of the checksum, 1 to 4. If a sum has more bytes, only its lowest bytes are used. With
     /// [`Encoding::Hex`], the checksum takes twice this number of bytes in the frame.
     pub bytes: usize,
     /// The encoding of the checksum in the frame.
@@ -137,7 +137,7 @@ impl Crc<'_> {
 /// A table with the CRC remainder of each byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Table<'a> {
-    /// No table: the CRC is computed bit by bit.
+    /// No table. The CRC is computed bit by bit, except a reflected CRC of 16 bits with the polynomial 0x1021.
     None,
     /// A table for a CRC of 8 bits, which [`Crc::table_of_bytes`] computes. It takes 256 bytes.
     Bytes(&'a [u8; 256]),

@@ -182,7 +182,7 @@ pub struct KnownMessage {
 }
 
 impl KnownMessage {
-    /// Returns the message with this number. Frames of this message may have any length.
+    /// Returns the message with this number. Its length field may have any value up to 65 535.
     #[inline]
     #[must_use]
     pub const fn new(number: u32) -> Self {

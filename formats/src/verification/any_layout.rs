@@ -29,8 +29,8 @@ impl<const F: usize, const M: usize> Parts<F, M> {
         }
     }
 
-    /// Returns an arbitrary layout with some or all of these parts, but without a sync, a terminator or a
-    /// checksum.
+    /// Returns an arbitrary layout with none, some or all of these parts, but without a sync, a terminator, a content
+    /// or a checksum.
     pub(super) fn layout(&self) -> Layout<'_> {
         Layout {
             sync: Patterns::NONE,

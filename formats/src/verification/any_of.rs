@@ -1,5 +1,5 @@
-//! Proves three properties of several layouts on one line. They keep the laws if each single layout keeps the laws. The
-//! first layout that does not reject the bytes decides. At a line event, the first layout that finds a frame decides.
+//! Proves properties of several layouts on one line, such as: they keep the laws if each single layout keeps the laws;
+//! the first layout that does not reject the bytes decides; at a line event, the first that finds a frame decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};
@@ -109,7 +109,7 @@ fn any_of_three_before_an_event() {
     let count = any_up_to(MOST);
     kani::assume(count >= 1);
     let is_frame = |one: &Classification| matches!(one, Classification::Frame(_));
-    // The layouts whose frames end with silence, and their classifications of the bytes if the event is a pause.
+    // The layouts whose frames end with silence, and their classifications of the bytes at a pause or a break.
     let silent: [Option<Classification>; 3] = core::array::from_fn(|_| {
         kani::any::<bool>().then(|| match any_verdict() {
             Classification::Frame(_) => Classification::Frame(count),

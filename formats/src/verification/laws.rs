@@ -207,8 +207,8 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     );
 }
 
-/// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0
-/// and has an arbitrary size, so the header has an arbitrary length.
+/// Asserts laws 1 to 4 for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte
+/// 0 and has an arbitrary size, so the header has an arbitrary length.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any::<[[u8; SYNC]; 2]>();
     keeps_the_laws::<MOST>(&Layout {
@@ -264,7 +264,7 @@ fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, cons
         other_terminators: [Patterns::NONE, Patterns::one(&other)],
         ..Layout::NONE
     };
-    // `check` rejects layouts that violate these assumptions.
+    // `check` rejects most layouts that violate these assumptions; for the others, see theorem 13g.
     let ends_before = |end: &[u8; END]| other.starts_with(end) || end.starts_with(&other);
     kani::assume(OTHER == 0 || !ends.iter().any(ends_before));
     kani::assume(has_header_and_terminator(&layout));

@@ -1,4 +1,4 @@
-//! Proves that no function of the formats panics.
+//! Proves that functions of the formats do not panic: checksums, sealing, decoding and encoding.
 
 use framelock::any_format::{any_up_to, part};
 use framelock::{Classification, Encode, EncodeInto, FixedFormat, Format};
@@ -89,7 +89,7 @@ fn in_a_crc() {
 /// Seals `N` bytes as a frame of an arbitrary layout that has neither a length field nor a checksum.
 /// [`in_writing_a_length`] and [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync,
 /// so the sync may be missing here. [`super::laws`] covers the classification of the bytes, which `seal` performs too.
-/// So only [`in_sealing_and_classifying`] calls `seal` as a whole.
+/// So for arbitrary layouts, only [`in_sealing_and_classifying`] calls `seal` as a whole.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
@@ -121,7 +121,7 @@ fn in_sealing_three_bytes() {
     in_sealing::<3>();
 }
 
-/// Seals up to three bytes as a frame of an arbitrary layout that has a sync, a terminator and a trailer.
+/// Seals up to three bytes as a frame of an arbitrary layout that has a sync and a terminator, and may have a trailer.
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing_and_classifying() {
@@ -225,7 +225,7 @@ fn in_decoding_gnss() {
     kani::cover!(sentence_in_gnss::<30>(b'$') == 24, "a sentence");
 }
 
-/// Calls the functions of a layout that compute something. The others only return a field.
+/// Calls functions of an arbitrary layout that no harness above calls directly.
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_asking_a_layout() {
@@ -305,7 +305,7 @@ fn in_encoding_six_axes() {
     kani::cover!(frame != SixAxesBigEndian::encode(axes), "another order");
 }
 
-/// Encodes an empty payload and the longest payload. The first byte of the frame is an accepted address or another one.
+/// Encodes payloads of 0, 1 and 26 bytes. The first byte of the frame is an accepted address or another one.
 /// Two addresses are enough, because encoding only compares the address with the syncs.
 #[kani::proof]
 #[kani::unwind(32)]

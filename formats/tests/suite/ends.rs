@@ -94,7 +94,8 @@ fn line() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 0..16).prop_map(|steps| steps.concat())
 }
 
-/// At each pause, the receiver delivers only the longest frame that ends there and begins after the previous event.
+/// At each pause or break, the receiver delivers only the longest frame that ends there and begins after the previous
+/// event.
 #[test]
 fn the_longest_suffix_before_a_pause_is_delivered() {
     let (all, with_noise) = (Cell::new(0), Cell::new(0));
@@ -152,7 +153,7 @@ fn missed_and_false_pauses_and_the_longest_frame() {
         assert_eq!(of(&[(&modbus(&vec![1; count]), idle)]).0.len(), frames);
     }
 
-    // The discarded first byte counts as a checksum mismatch. It does not count as discarded at a line event.
+    // The discarded first byte counts as a checksum mismatch, not as discarded at a line event.
     let broken = [&first[..6], &[first[6] ^ 1]].concat();
     let (frames, counters) = of(&[(&broken, idle)]);
     assert!(frames.is_empty());

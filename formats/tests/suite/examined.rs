@@ -10,6 +10,7 @@ use framelock_formats::gnss::Gnss;
 use framelock_formats::ibus::Ibus;
 use framelock_formats::layout::KnownMessage;
 use framelock_formats::mavlink::{Mavlink1, Mavlink2};
+use framelock_formats::modbus::ModbusRtu;
 use framelock_formats::nmea::Nmea;
 use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
@@ -20,7 +21,7 @@ use framelock_formats::ubx::Ubx;
 struct Counting<'c, F> {
     format: F,
     count: &'c Cell<usize>,
-    /// Whether the format examines bytes in `classify_before`. Of the formats in this file, only `Gnss` does.
+    /// Whether the format examines bytes in `classify_before`. Of the formats in this file, `Gnss` and `ModbusRtu` do.
     is_asked_before: bool,
 }
 
@@ -71,9 +72,9 @@ type Row = (&'static str, usize, Examined);
 
 /// Asserts that no call examines more bytes than its bound.
 ///
-/// Pushes a false start that claims the longest frame, and then repeats `start`, which begins another false start. So
-/// all bytes are pending until the last byte of the longest frame comes. Counts the bytes that each call examines,
-/// before and after this last byte.
+/// Pushes a false start that claims the longest frame, and then repeats `start`. Except in NMEA, this byte begins
+/// another false start. So all bytes are pending until the last byte of the longest frame comes. Counts the bytes that
+/// each call examines, before and after this last byte.
 fn row<F: Format, const N: usize>(
     name: &'static str,
     format: F,
@@ -132,8 +133,8 @@ fn row<F: Format, const N: usize>(
 
 const MESSAGES: &[KnownMessage] = &[KnownMessage::with_extra(0, 0, 255)];
 
-/// Returns a row for each format of frames of varying length, and for SBUS and iBUS.
-fn rows() -> [Row; 9] {
+/// Returns a row for each format with a `BufferedReceiver`.
+fn rows() -> [Row; 10] {
     [
         row::<_, 25>("SBUS", Sbus, &[], 0x0F, false),
         row::<_, 32>("iBUS", Ibus, &[0x20, 0x40], 0x20, false),
@@ -162,6 +163,7 @@ fn rows() -> [Row; 9] {
             0xD3,
             true,
         ),
+        row::<_, 257>("Modbus RTU", ModbusRtu, &[], 0x01, true),
     ]
 }
 

@@ -1,5 +1,5 @@
-//! Checks that each format keeps the laws of [`Format`]. Each stream is a frame, followed by a copy of the
-//! frame's first three bytes. Each byte of a stream is changed to every other value.
+//! Checks that formats keep the laws of [`Format`]. Each stream is a frame, followed by a copy of the
+//! frame's first three bytes. `check_laws` also changes each byte of a stream.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format, LineEvent};
@@ -126,7 +126,7 @@ fn a_frame_that_a_line_event_makes_longer_breaks_law_6() {
 /// The check is fast enough for long frames, even without optimisation.
 #[test]
 fn a_frame_of_300_bytes() {
-    /// A deliberate mistake that only one value of a single byte reveals. No valid frame reveals it.
+    /// A deliberate mistake that only one value of a single byte reveals. The frame below has another value there.
     #[derive(Clone, Copy)]
     struct Hasty;
     impl Format for Hasty {
@@ -176,7 +176,7 @@ fn bin_and_bin_crc8() {
         };
         let (mut bin, mut bin_crc8) = (Bin::encode(setpoint), BinCrc8::encode(setpoint));
         let (sent, sent_crc8) = (bin, bin_crc8);
-        // Sealing must restore every byte that is not part of the setpoint.
+        // Sealing must restore the sync, the checksum and the terminator.
         (bin[0], bin[1], bin[6]) = (0, 0, 0);
         (bin_crc8[0], bin_crc8[1], bin_crc8[6], bin_crc8[7]) = (0, 0, 0, 0);
         assert!(BIN.seal(&mut bin) && BIN_CRC8.seal(&mut bin_crc8));

@@ -7,6 +7,7 @@ use framelock_formats::{
     crsf::{Crsf, Message as CrsfMessage},
     ibus::Ibus,
     mavlink::{self, Mavlink1, Mavlink2},
+    modbus::ModbusRtu,
     motion::SixAxes,
     nmea::Nmea,
     rtcm::{self, Rtcm},
@@ -170,13 +171,25 @@ fn a_message_without_a_frame_is_not_encoded() {
             };
             is_encoded(&Mavlink2(DIALECT), message) && is_encoded(&Mavlink1(DIALECT), message)
         }),
-    ] as [(usize, fn(&[u8]) -> bool); 4]
+        (254, |message: &[u8]| is_encoded(&ModbusRtu, message)),
+        (509, |sentence: &[u8]| {
+            let sentence: Vec<u8> = sentence.iter().map(|_| b'A').collect();
+            is_encoded(&Nmea, &sentence)
+        }),
+    ] as [(usize, fn(&[u8]) -> bool); 6]
     {
         assert!(encodes(&payload[..most]), "{most}");
         assert!(!encodes(&payload[..=most]), "{most} and one more");
     }
     for wrong in ["a$b", "a!b", "a\nb", "a\r", "é"] {
         assert!(!is_encoded(&Nmea, wrong.as_bytes()), "{wrong:?}");
+    }
+    for (length, is_accepted) in [(0, false), (1, false), (2, true)] {
+        assert_eq!(
+            is_encoded(&ModbusRtu, &payload[..length]),
+            is_accepted,
+            "{length}"
+        );
     }
     let unknown = mavlink::Message {
         id: 1,

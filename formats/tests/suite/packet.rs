@@ -17,7 +17,7 @@ where
     packets
 }
 
-/// The examples of Cheshire and Baker's article about COBS, as Wikipedia prints them, with a delimiter before each.
+/// Examples of Cheshire and Baker's article about COBS, as Wikipedia prints them, with a delimiter before each.
 #[test]
 fn cobs_as_published() {
     let to_254: Vec<u8> = (1..=0xFE).collect();

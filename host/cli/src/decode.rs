@@ -25,7 +25,7 @@ use hint::Stream;
 use recording::Recording;
 use summary::Summary;
 
-/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived. It looks
+/// On a live stream, `decode` looks for a hint when this time has passed and [`ENOUGH`] bytes have arrived. It looks
 /// again whenever the number of bytes has doubled.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
@@ -323,7 +323,8 @@ impl Decoder {
         }
     }
 
-    /// Writes the hint and the summary, and skips each of the two if it is not needed or was written before.
+    /// Writes the hint, a note if `--only` matches no frame, and the summary. Skips those that are not needed or were
+    /// written before.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();

@@ -1,7 +1,7 @@
 //! Demonstrates framelock without hardware: a simulated motion PC sends frames over a faulty line.
 //!
-//! The demonstration follows a story, which is data and runs in virtual time. On a terminal, the picture is repainted
-//! in real time. Without a terminal, the picture is printed at the end of each part.
+//! The demonstration follows a story, which is data and runs in virtual time. On a terminal that is large enough and
+//! has colours, the picture is repainted in real time. Otherwise the picture is printed at the end of each part.
 
 mod picture;
 mod story;

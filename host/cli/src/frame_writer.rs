@@ -250,8 +250,8 @@ impl FrameWriter {
         self.append_text(row, frame);
     }
 
-    /// Appends a frame's length, its kind and its fields: the name, the values and the unit. Numbers are padded to
-    /// three characters, so that they form columns.
+    /// Appends a frame's length, its kind and its fields: the name, the values and the unit. Values are padded to
+    /// at least three characters, so that they form columns.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
         if !self.protocol.has_setpoints() {
             row.extend(b"   length ");

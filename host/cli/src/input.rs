@@ -18,8 +18,8 @@ use crate::output::{note, standard_stream};
 use crate::serial::{self, PortOptions};
 pub(crate) use arrivals::{Arrival, Arrivals, InputNotation};
 
-/// The number of bytes that are read or written at a time. It is large enough that system calls cost
-/// little.
+/// The most bytes that are read at a time, and the number of bytes after which rows are written. It is so large that
+/// system calls cost little.
 pub(crate) const CHUNK_LENGTH: usize = 64 * 1024;
 
 /// An open input. Its errors name the input and the offset at which reading failed.

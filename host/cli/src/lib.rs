@@ -58,8 +58,8 @@ enum Command {
 #[must_use]
 pub fn run() -> ExitCode {
     let mut command = CommandLine::command();
-    // `-h` shows the help without its examples. Clap's own short and long help is not used, because the long help needs
-    // three lines for each option.
+    // `-h` shows a subcommand's help without its examples. Clap's own short and long help is not used, because the long
+    // help needs three lines for each option.
     if std::env::args_os().any(|argument| argument == "-h") {
         command =
             command.mut_subcommands(|command| command.after_help(Resettable::<StyledStr>::Reset));

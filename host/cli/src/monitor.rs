@@ -133,8 +133,8 @@ impl Watch {
         });
     }
 
-    /// Reports a pause to the receiver, if silence ends the frames. Polls the failsafe as often as a board does. If the
-    /// last poll is more than 10 s ago, skips the polls before the last 10 s.
+    /// If silence ends the frames, reports a pause of [`IDLE_GAP`] or more to the receiver. Polls the failsafe as often
+    /// as a board does. If the last poll is more than 10 s ago, skips the polls before the last 10 s.
     fn advance_to(&mut self, now: Duration) {
         let is_over = |heard: &mut Duration| now.saturating_sub(*heard) >= IDLE_GAP;
         if self.heard_at.take_if(is_over).is_some() {
@@ -266,7 +266,7 @@ mod tests {
     fn the_report_says_why_the_platform_does_not_follow() {
         let mut watch = watch("bin");
         let report = after(&mut watch, 20, 200, FRAME);
-        let apart = "PARKED 128,128,128: frames arrive too far apart (fewer than 10 a second)";
+        let apart = "PARKED 128,128,128: frames arrive too far apart (100 ms or more)";
         assert!(
             report.contains("  5.0 frames/s") && report.contains(apart),
             "{report}"

@@ -23,7 +23,7 @@ FRAMELOCK, DIALECTS = sys.argv[1:]
 FOLDER = os.path.join(os.path.dirname(pymavlink.__file__), "dialects", "v20")
 # Each message is packed with values from anywhere in the range, with small or special values, and with zeros.
 ROUNDS = ["any", "special", "zero"]
-# Columns of every frame. A field with such a name gets an underscore.
+# Columns that do not come from a message's fields. A field with such a name gets an underscore.
 TAKEN = {"offset", "length", "time", "kind", "sequence", "system", "component", "message", "signature", "compatible_flags"}
 BASES = {"deg", "deg/s", "degC", "rad/s", "m", "m/s", "V", "A", "%", "gauss", "s"}
 POWERS = {"degE7": ("1e-7", "deg"), "degE5": ("1e-5", "deg"), "dam": ("10", "m")}

@@ -1,4 +1,4 @@
-"""Reads with pandas and polars every table that `framelock decode` writes, and compares it with the values.
+"""Reads tables that `framelock decode` writes with pandas and polars, and compares them with the values.
 
 `cargo xtask verify --only tables` installs pandas and polars, and runs this script.
 """

@@ -11,9 +11,9 @@ use crate::pattern::TextPlace;
 use crate::value::Value;
 
 impl Kind {
-    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which the
-    /// frame is too short, and fields whose value is missing. The writers of CSV and JSON prepare the names of all
-    /// fields, and call [`Contents::of`] for each field instead.
+    /// Returns the fields whose values differ between frames, with their contents. Leaves out fields for which
+    /// [`Contents::of`] returns `None`. Also leaves out fields whose value is missing, except arrays. The writers of
+    /// CSV and JSON prepare the names of all fields, and call [`Contents::of`] for each field instead.
     #[inline]
     pub fn values<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let contents = self.contents(frame);
@@ -57,7 +57,7 @@ pub struct Contents<'f> {
     length: usize,
     /// The trailer.
     appended: &'f [u8],
-    /// The place of the last value that was found in the text, and the index of the byte after the literal that follows.
+    /// The place of the last value that was found in the text, and the index after the literal that follows this value.
     last_part: Cell<(TextPlace, usize)>,
 }
 
@@ -174,7 +174,7 @@ impl Field {
     }
 
     /// Returns the bytes of the field that lie in a frame which is too short for the whole field. If the frame ends
-    /// before the field, returns no bytes.
+    /// before the field, returns an empty slice.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
@@ -245,7 +245,7 @@ impl Field {
         }
     }
 
-    /// Returns a value in a rare notation, or a value that may have a name.
+    /// Returns a value of a field whose property `is_special` is true.
     #[inline(never)]
     fn special_value<'a>(&'a self, bytes: &'a [u8], number: usize) -> Value<'a> {
         let own = self.own(bytes, number);

@@ -190,7 +190,8 @@ impl Kind {
         if !layout.seal(&mut frame) || layout.counted_length(&frame) != frame.len() {
             return Err(self.why_not(&frame));
         }
-        // Write the values again. If writing the value of a field changes a byte, the frame does not contain this value.
+        // Write the values again. If writing the value of a field changes a byte, the frame does not contain this
+        // value.
         let mut again = frame[..length].to_vec();
         for (field, bits) in &contents {
             put(field, bits, &mut again);
@@ -269,7 +270,7 @@ impl Kind {
 
     /// If fewer values are given than a frame of `length` bytes has, adds the number that means "no value". If the
     /// field has no such number, adds zeros, but only if no value is given and the sender leaves out zeros. Otherwise
-    /// returns an error.
+    /// returns an error. If the sender leaves out zeros, every frame has all values of the field.
     fn complete(
         &self,
         field: &Field,

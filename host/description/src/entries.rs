@@ -143,16 +143,30 @@ pub(crate) struct ViewEntry {
 }
 
 impl Entries {
-    /// Returns whether the entries describe a part of a frame.
+    /// Returns whether the entries have another key than `any_of`, `kinds` and `name`.
     pub(crate) fn has_parts(&self) -> bool {
         let texts = [&self.sync, &self.terminator, &self.content];
-        let is_packed = self.packets.is_some() || self.ends.is_some();
-        let has_length = self.length.is_some() || self.length_field.is_some() || is_packed;
-        let has_values = self.checksum.is_some() || !self.fields.is_empty();
-        has_length || has_values || texts.into_iter().any(Option::is_some)
+        let numbers = [&self.length, &self.shortest, &self.longest, &self.behind];
+        let others = [
+            self.length_field.is_some(),
+            self.ends.is_some(),
+            self.packets.is_some(),
+            self.checksum.is_some(),
+            self.messages.is_some(),
+            self.trailer.is_some(),
+            self.truncated_zeros.is_some(),
+            self.text.is_some(),
+            !self.fields.is_empty(),
+            !self.views.is_empty(),
+        ];
+        let has_text = texts.into_iter().any(Option::is_some);
+        let has_number = numbers.into_iter().any(Option::is_some);
+        has_text || has_number || others.contains(&true)
     }
 
-    /// Adds the entries that the surrounding description has and the kind lacks.
+    /// Adds the entries that the surrounding description has and the kind lacks. If the kind has `length`,
+    /// `length_field` or `ends`, does not add any of these three. If the kind has `length`, does not add `shortest` and
+    /// `longest`. The kind's fields and views follow those of the surrounding description.
     pub(crate) fn within(self, mut whole: Self) -> Self {
         if self.length.is_some() || self.length_field.is_some() || self.ends.is_some() {
             (whole.length, whole.length_field, whole.ends) = (None, None, None);

@@ -174,8 +174,8 @@ impl Field {
         }
     }
 
-    /// Returns the range of the field's bits, counted from the lowest bit of its first byte; `None` if the field takes the
-    /// rest of the frame.
+    /// Returns the range of the field's bits, counted from the lowest bit of its first byte; `None` if the field takes
+    /// the rest of the frame.
     pub(crate) fn bits(&self) -> Option<Range<usize>> {
         Some(match self.kind {
             Type::Number(_) => 0..8 * self.number_bytes() * self.values(),
@@ -214,7 +214,7 @@ impl Field {
         }
     }
 
-    /// Returns the number of values that fit into a number of bytes.
+    /// Returns the number of the field's values that fit into a number of bytes.
     fn fitting(&self, bytes: usize) -> usize {
         let all = match self.kind {
             Type::Number(_) => bytes / self.number_bytes(),
@@ -225,7 +225,8 @@ impl Field {
     }
 
     /// Returns the number of values that are in a frame of `length` bytes, and the range of bytes that they occupy.
-    /// If the frame is too short for the whole field, an array has fewer values, and any other field has none.
+    /// If the frame is too short for the whole field, an array that is counted from the front has fewer values, and any
+    /// other field has none.
     #[must_use]
     pub fn present(&self, length: usize) -> (usize, Range<usize>) {
         let partial = || {
@@ -262,8 +263,8 @@ impl Field {
         }
     }
 
-    /// Returns the index after the field's last byte if the field is counted from the front. `rest` is the number of
-    /// bytes of a field that takes the rest of the frame.
+    /// Returns the index after the field's last byte; `None` if the field is counted from the end, or is the trailer.
+    /// `rest` is the number of bytes of a field that takes the rest of the frame.
     #[must_use]
     pub fn end(&self, rest: usize) -> Option<usize> {
         let from = usize::try_from(self.at)
@@ -287,10 +288,11 @@ impl Field {
         (from <= to && to <= end).then_some(from..to)
     }
 
-    /// Ends the field before the frame's last `from_end` bytes if the field is counted from the front and frames vary
-    /// in length. If all frames have the same length, a field that takes the rest of the frame gets a fixed length,
-    /// unless the field is a part of a text. Also computes the properties that are needed for each frame. Returns false
-    /// if no byte is left for the field.
+    /// If frames vary in length, or the field is a part of a text, ends the field before the frame's last `from_end`
+    /// bytes. Fields that are counted from the end, constant fields and the trailer are not limited. If all frames have
+    /// the same length, a field that takes the rest of the frame gets a fixed length, unless the field is a part of a
+    /// text. Also computes the properties that are needed for each frame. Returns false if no byte is left for the
+    /// field.
     pub(crate) fn limit(&mut self, fixed_length: Option<usize>, from_end: usize) -> bool {
         let fixed_length = fixed_length.filter(|_| self.text.is_none());
         if let (Some(length), None) = (fixed_length, self.length()) {
@@ -329,7 +331,7 @@ impl Field {
         self.count != Some(0)
     }
 
-    /// Returns the number of bits in a value, before applying the mask.
+    /// Returns the number of bits in a value, before applying the mask; 0 for bytes and text.
     pub(crate) fn width(&self) -> usize {
         match self.kind {
             Type::Number(number) => 8 * number.bytes,

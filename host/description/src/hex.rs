@@ -69,8 +69,8 @@ pub fn parse_printed(text: &str) -> Result<Vec<u8>, HexError> {
     parse(&words.collect::<Vec<String>>())
 }
 
-/// Returns the bytes of a literal of Python such as `b'\xaaA'`, of a text in quotation marks, or of escapes such as
-/// `\xaa\xc0`.
+/// Returns the bytes of a Python literal such as `b'\xaaA'`, of a text in quotation marks with an escape such as
+/// `\xaa`, or of escapes without quotation marks such as `\xaa\xc0`.
 fn literal(text: &str) -> Option<Vec<u8>> {
     let is_python = text.starts_with("b'") || text.starts_with("b\"");
     if !is_python && !text.contains("\\x") {

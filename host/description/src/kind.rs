@@ -28,16 +28,17 @@ pub struct Kind {
     /// The number of bytes at the frame's end that hold the terminator and all parts whose positions are counted from
     /// the end.
     pub from_end: usize,
-    /// The views of messages. Each view has fields for the values in one message's payload. A frame is shown by the
-    /// first view whose identifying bytes the frame has, and whose fields all fit. If there is no such view, the frame
-    /// is shown by the first view whose identifying bytes the frame has, and of which at least one field fits.
+    /// The views. Each view has fields for the values of one message or text. A view matches a frame that has the
+    /// view's identifying bytes or text. A frame is shown by the first matching view whose fields all fit. If there is
+    /// no such view, the frame is shown by the first matching view of which at least one field fits.
     pub views: Vec<Kind>,
-    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If there
-    /// are no such bytes, the beginning of the frame's text identifies the frames.
+    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes. If
+    /// there are no such bytes, the beginning of the frame's text identifies the frames.
     pub sign: (usize, Vec<u8>),
     /// The patterns of the frame's text. If there are several patterns, a frame may have values of each.
     pub texts: Vec<Pattern>,
-    /// The index of the first byte of the frame's text. The text ends before the last [`from_end`](Self::from_end) bytes.
+    /// The index of the first byte of the frame's text. The text ends before the last [`from_end`](Self::from_end)
+    /// bytes.
     pub text_at: usize,
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
@@ -82,8 +83,9 @@ impl fmt::Display for Part<'_> {
 }
 
 impl Kind {
-    /// Returns another part that shares a bit with this field in a frame of `length` bytes. A sync or terminator with
-    /// several alternatives does not count, because a field may select one of them.
+    /// Returns a part of the layout that shares a bit with this field in a frame of `length` bytes. A sync with several
+    /// alternatives does not count, because a field may select one of them. For the same reason, a terminator with
+    /// several alternatives does not count if they all have the same length.
     pub(crate) fn overlapped(
         &self,
         field: &Field,
@@ -129,8 +131,8 @@ impl Kind {
     }
 
     /// Returns the parts of a frame of `length` bytes, without its trailer, and their positions. Fields come first, and
-    /// may share bytes with other parts. If the frame is incomplete, leaves out parts that are counted from the end, and
-    /// extends a field that takes the rest to `length`.
+    /// may share bytes with other parts. If the frame is incomplete, leaves out parts that are counted from the end,
+    /// and extends a field that takes the rest to `length`.
     #[must_use]
     pub fn parts(&self, length: usize, is_whole: bool) -> Vec<(Part<'_>, Range<usize>)> {
         let mut parts = Vec::new();
@@ -191,7 +193,7 @@ impl Kind {
     }
 
     /// Returns a divisor and a remainder: the length of each frame is a multiple of the divisor, plus the remainder.
-    /// Returns `None` if any length is possible.
+    /// Returns `None` unless the frames have a length field with a factor greater than 1.
     #[must_use]
     pub fn multiple(&self) -> Option<(usize, usize)> {
         let Length::Field(field) = self.layout().length else {

@@ -1,6 +1,5 @@
 //! Serial frames described in TOML. This crate parses a description into a format for [`framelock`]'s receivers,
-//! decodes frames to values, and encodes values to frames. The command line, the web page and tests use this crate.
-//! `docs/own-frame.md` documents all entries of a description.
+//! decodes frames to values, and encodes values to frames. `docs/own-frame.md` documents all entries of a description.
 //!
 //! # Examples
 //! ```
@@ -93,11 +92,13 @@ use problem::{Located, reject_if};
 /// The limit on the number of bytes in the text of a description.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// The limits on the number of kinds in a description, and on the number of values in a row.
+/// The limits on the number of entries in `any_of` and `kinds` together, and on the number of values that all kinds and
+/// views of a description have together.
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 40_000;
 
-/// A file may name a file in `any_of`, and that file another one. At most this many files follow the first.
+/// A file may name a file in `any_of`, and that file another file. At most this many files may follow the first file in
+/// such a chain.
 const MOST_FILES: usize = 3;
 
 /// A parsed description.
@@ -105,8 +106,8 @@ const MOST_FILES: usize = 3;
 pub struct Description {
     /// The kinds of frames, at least one, in the order in which they are tried.
     pub kinds: Vec<Kind>,
-    /// The columns for the values of all kinds. If [`has_kinds`](Self::has_kinds) is true, the first column contains
-    /// the name of the frame's kind, view or message.
+    /// The columns for the values of all kinds and views. If [`has_kinds`](Self::has_kinds) is true, the first column
+    /// contains the name of the frame's kind, view or message.
     pub columns: Vec<Column>,
     layouts: Layouts,
 }
@@ -224,8 +225,9 @@ impl Description {
         classification == Classification::Frame(bytes.len())
     }
 
-    /// Returns the bytes that a sender sends for a frame: the frame itself, or the packet with its delimiters. If frames
-    /// end by themselves, no delimiter follows the packet. Returns `None` if no packet has these bytes.
+    /// Returns the bytes that a sender sends for a frame: the frame itself, or the packet with its delimiters, but
+    /// without breaks. If the frame's own bytes determine its end, no delimiter follows the packet, except in DLE
+    /// framing. Returns `None` if no packet has these bytes.
     #[must_use]
     pub fn sent(&self, frame: &[u8]) -> Option<Vec<u8>> {
         let Some(stuffing) = self.layouts.packets() else {
@@ -273,7 +275,8 @@ impl Description {
         self.kind(frame).map(|kind| kind.name_of(frame))
     }
 
-    /// Returns the index of the kind or view that shows a frame, in the order of [`kinds_and_views`](Self::kinds_and_views).
+    /// Returns the index of the kind or view that shows a frame, in the order of
+    /// [`kinds_and_views`](Self::kinds_and_views).
     #[must_use]
     #[inline]
     pub fn view_number(&self, frame: &[u8]) -> usize {
@@ -391,8 +394,8 @@ fn same_name(things: &'static str, name: &str) -> Mistake {
     Mistake::SameName { things, name }
 }
 
-/// Returns the columns of all kinds. The columns of an array have the array's name and a number. Kinds may share a
-/// column.
+/// Returns the columns of all kinds and their views. The columns of an array have the array's name and a number. Kinds
+/// and views may share a column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, Mistake> {
     let mut columns: Vec<Column> = Vec::new();
     let has_kinds = has_kinds(kinds);

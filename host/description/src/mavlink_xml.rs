@@ -1,8 +1,8 @@
 //! Converts MAVLink's definitions, which are XML files, to the text of a description.
 //!
 //! The description has two kinds of frames, MAVLink 2 and MAVLink 1. Each kind has a view of every message whose number
-//! it can carry. In a frame, a message's fields are sorted by the sizes of their types, the largest first. The
-//! extensions follow in the order of the definition, and MAVLink 1 has none.
+//! it can carry. A kind without views is left out. In a frame, a message's fields are sorted by the sizes of their
+//! types, the largest first. The extensions follow in the order of the definition, and MAVLink 1 has none.
 //!
 //! Source: <https://mavlink.io/en/guide/serialization.html>, "Field Reordering" and "CRC_EXTRA Calculation", and
 //! <https://mavlink.io/en/guide/xml_schema.html>.
@@ -64,7 +64,7 @@ struct Message<'d> {
     name: &'d str,
     /// The fields in the order of a frame.
     fields: Vec<Field<'d>>,
-    /// The number of fields that are not extensions. They come first.
+    /// The number of fields that are not extensions. These fields come first.
     base: usize,
 }
 

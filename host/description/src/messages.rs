@@ -62,7 +62,8 @@ impl Known {
         dialects.into_iter().map(Dialect::messages).collect()
     }
 
-    /// Returns the known messages in ascending order of their numbers. A row for a message replaces the dialect's entry.
+    /// Returns the known messages in ascending order of their numbers. A row for a message replaces the dialect's
+    /// entry.
     pub(crate) fn messages(&self) -> Cow<'static, [KnownMessage]> {
         let list = match self {
             Self::Dialect(dialect) => return dialect.messages().into(),
@@ -86,7 +87,7 @@ impl Known {
     }
 
     /// Returns the numbers and names of the messages that a description takes from a dialect. Leaves out a message to
-    /// which a row gives another definition.
+    /// which a row gives another extra byte.
     pub(crate) fn names(&self) -> Vec<(u32, &'static str)> {
         let (known, dialects) = (self.messages(), self.dialects());
         let is_of_dialect = |number: u32| {

@@ -4,7 +4,8 @@ use serde::Deserialize;
 
 use crate::value::Value;
 
-/// The notation of a value. The type of a field determines the default notation.
+/// The notation of a value. The type of a field determines the default notation, except that a value in a text is
+/// decimal by default.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Notation {
@@ -37,8 +38,8 @@ pub enum Notation {
 }
 
 impl Notation {
-    /// Reads a number from text; `None` if the text is not a number in this notation. Blanks around a number, and between
-    /// its sign and its digits, are ignored.
+    /// Reads a number from text; `None` if the text is not a number in this notation. Blanks around a number, and
+    /// between its sign and its digits, are ignored.
     pub(crate) fn read(self, text: &[u8]) -> Option<Value<'static>> {
         match (self, text) {
             (Self::Hex, _) => {

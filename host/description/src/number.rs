@@ -121,7 +121,7 @@ impl fmt::Display for NumberType {
     }
 }
 
-/// Returns a mask with this number of bits.
+/// Returns a mask of the lowest `width` bits, but of at least one bit.
 pub(crate) fn ones(width: usize) -> u64 {
     u64::MAX >> 64_usize.saturating_sub(width).min(63)
 }

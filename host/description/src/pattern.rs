@@ -152,8 +152,8 @@ fn begins(literal: &[u8], text: &[u8]) -> Option<usize> {
     Some(text.len() - rest.len())
 }
 
-/// Returns the indices of the first byte of a literal in a text and of the byte after the literal. The literal begins at
-/// index `from` or later. An empty literal is at the end of the text.
+/// Returns the indices of the first byte of a literal in a text and of the byte after the literal. The literal begins
+/// at index `from` or later. An empty literal is at the end of the text.
 fn end(literal: &[u8], text: &[u8], from: usize) -> Option<(usize, usize)> {
     let rest = text.get(from..)?;
     match literal {

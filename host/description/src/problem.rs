@@ -53,7 +53,7 @@ impl Located {
     }
 }
 
-/// The error of a TOML parser. An unknown key gets a suggestion.
+/// Converts the error of the TOML parser. Suggests a known key that resembles an unknown key.
 impl From<toml::de::Error> for Located {
     fn from(error: toml::de::Error) -> Self {
         let mut message = error.message().to_owned();
@@ -72,7 +72,7 @@ impl From<toml::de::Error> for Located {
 /// A mistake in a description.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum Mistake {
-    /// The text is not TOML, a table lacks a key or has an unknown one, or a value has the wrong type.
+    /// The text is not TOML, a table lacks a key or has an unknown key, or a value has the wrong type.
     #[error("{0}")]
     Toml(String),
     /// An entry breaks a rule, or contradicts another entry.
@@ -85,7 +85,7 @@ pub enum Mistake {
         kind: Option<String>,
         /// The contradiction.
         message: &'static str,
-        /// The length that contradicts another part.
+        /// If a length is too small or too great, the limit that it breaks.
         bytes: Option<usize>,
     },
     /// A text is not bytes in hex.
@@ -100,7 +100,7 @@ pub enum Mistake {
     /// A file of `any_of` cannot be read.
     #[error("{0}")]
     File(String),
-    /// A number is 0 or too great.
+    /// A number is out of its range.
     #[error("{what} must be from 1 to {most}")]
     OutOfRange {
         /// The meaning of the number.
@@ -196,7 +196,8 @@ pub enum HexReason {
     Range,
 }
 
-/// An unknown name. `Display` suggests the nearest known name, and lists the first known names.
+/// An unknown name. `Display` suggests the known name that resembles the unknown name most, if one does, and lists the
+/// first known names.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub struct UnknownName {
     /// The unknown name.
@@ -263,14 +264,14 @@ pub enum ReadError {
          field has a name, and a type: char, int8_t, uint8_t and so on to uint64_t, float, double, or an array such as float[4]"
     )]
     Message {
-        /// The name of the file, which may include the file of the message.
+        /// The name of the file that was read. The message may be in a file that this file includes.
         file: String,
         /// The name of the message.
         name: String,
     },
 }
 
-/// Values that no frame has.
+/// The reason why values cannot be encoded.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum EncodeError {
     /// A value is missing.
@@ -289,7 +290,7 @@ pub enum EncodeError {
     /// There is no kind with this name.
     #[error("kind: {0}")]
     Kind(UnknownName),
-    /// A receiver takes the frame for a frame of another kind.
+    /// A receiver would not deliver the frame as a frame of the wanted kind.
     #[error("a frame with these values would be received as a frame of another kind")]
     OtherKind,
     /// A text cannot be made from its values.
@@ -297,7 +298,8 @@ pub enum EncodeError {
         "missing field `{0}`: it cannot be made from other values, because no single pattern without {{}} describes it"
     )]
     NoText(String),
-    /// Another part of the frame determines the bytes of this field.
+    /// Another part of the frame changes bytes of this field, or the field is a value in a text and contains the
+    /// literal that ends the value.
     #[error("{0} cannot have this value: the description gives its bytes another value")]
     Determined(String),
     /// No frame has these values.
@@ -346,10 +348,10 @@ pub enum Misfit {
     /// The text is not bytes in hex.
     #[error("is not bytes in hex: {0}")]
     Hex(HexError),
-    /// The text does not have the field's length.
+    /// The text or the bytes do not have the field's length.
     #[error("has {given} bytes instead of {wanted}")]
     Length {
-        /// The number of bytes in the text.
+        /// The number of bytes in the value.
         given: usize,
         /// The number of bytes in the field.
         wanted: usize,

@@ -9,7 +9,7 @@ use crate::problem::{Misfit, UnknownName};
 use crate::value::{Decimal, Scale, Value};
 use crate::{hex, text};
 
-/// The greatest number of digits of a number in text.
+/// The greatest number of digits of a decimal number in text.
 const MOST_DIGITS: u32 = 18;
 
 impl Field {
@@ -99,8 +99,8 @@ impl Field {
             })
     }
 
-    /// Returns the bytes of a text, of bytes in hex, or of a number in text. The error says why the value does not fit the
-    /// field.
+    /// Returns the bytes of a text, of bytes in hex, or of a number in text. The error says why the value does not fit
+    /// the field.
     pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, Misfit> {
         let mut bytes = match (self.kind, self.notation) {
             (Type::Bytes, _) => {

@@ -22,7 +22,7 @@ use crate::problem::{Located, Mistake, reject_if};
 use crate::read_field::{ONE_LIST, column_name};
 use crate::{checksum, layouts};
 
-/// A field, and the positions, in the description's text, of its entry and of the entry's keys `at` and `value`.
+/// A field, with the positions of its entry and of the entry's keys `at` and `value` in the description's text.
 #[derive(Clone)]
 struct ReadField {
     field: Field,
@@ -176,9 +176,10 @@ impl Kind {
         Ok(view)
     }
 
-    /// Gives the kind its fields. Checks, for the shortest and the longest frame, that each field that the frame must
-    /// have is inside the frame, and outside the sync, the length, the checksum and the terminator. Fields may share
-    /// bytes with each other.
+    /// Gives the kind its fields. Checks that each field is inside the longest frame, and inside the shortest frame if
+    /// every frame must have the field. Also checks that no field shares a bit with the sync, the length, the checksum
+    /// or the terminator, with the exceptions of [`overlapped`](Self::overlapped). Fields may share bytes with each
+    /// other.
     fn place(&mut self, fields: &[ReadField], trailer: Option<Field>) -> Result<(), Located> {
         let longest = self.layout().longest_without_trailer();
         let fixed_length = (self.layout().length == Length::Fixed).then_some(longest);

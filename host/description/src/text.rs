@@ -3,7 +3,7 @@
 
 use serde_json::Value as Json;
 
-/// The number of characters that an error quotes from a text.
+/// The greatest number of characters that an error quotes from a text.
 const QUOTED: usize = 40;
 
 /// Appends bytes that may be text. Bytes that are not printable, or not UTF-8, are escaped as in `\x1B`. A backslash
@@ -101,7 +101,7 @@ pub fn quoted(text: &str) -> String {
 #[must_use]
 pub fn nearest(name: &str, names: &[impl AsRef<str>]) -> String {
     let small = name.to_ascii_lowercase();
-    // The Jaro-Winkler distance suggests `ubx` for `ublox`; an edit distance would suggest `bin`.
+    // The Jaro-Winkler distance is small for names that begin alike, such as `ublox` and `ubx`.
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
     let near = names
         .iter()

@@ -248,7 +248,7 @@ impl TryFrom<f64> for Decimal {
         let text = number.to_string();
         let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
         let digits = format!("{whole}{fraction}").parse::<i64>();
-        let digits = digits.ok().filter(|digits| digits.abs() <= 1_000_000_000);
+        let digits = digits.ok().filter(|digits| digits.abs() < 1_000_000_000);
         let decimals = u32::try_from(fraction.len())
             .ok()
             .filter(|decimals| *decimals <= 18);

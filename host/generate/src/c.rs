@@ -7,7 +7,8 @@ use minijinja::{Value, context};
 
 use crate::layout::greatest;
 
-/// The greatest length of fixed-length frames that are received with a window instead of a buffer.
+/// The greatest length of frames that are received with a window instead of a buffer. Only frames of a single kind with
+/// a fixed length are received with a window.
 const LONGEST_WINDOW: usize = 16;
 
 /// The size of the table with which C code computes a CRC.

@@ -54,7 +54,7 @@ struct Program {
     command: String,
     /// The version of framelock.
     version: &'static str,
-    /// The number of bytes in the longest frame, plus 1 if silence or a delimiter ends it.
+    /// The number of bytes in the longest frame, plus 1 if only silence or a packet's delimiter ends it.
     longest: usize,
     /// The stuffing, if the frames are packets.
     packets: Value,
@@ -118,7 +118,7 @@ struct Item {
     /// If decoding reports whether a frame has the field: the length of the shortest frame that has it.
     needs: Option<usize>,
     /// The minimum length of a frame with this field, for encoding. `None` if this field never makes a frame longer
-    /// than the kind's `start`.
+    /// than the kind's `start`, or if it is a value in the text.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
@@ -142,7 +142,7 @@ struct Item {
     values: Option<String>,
     /// Whether the field is a value in the text of the frame.
     in_text: bool,
-    /// The name of the value's variant of [`Notation`].
+    /// The name of the variant of [`Notation`].
     notation: String,
     /// The number of decimals of a number in decimal notation.
     decimals: u32,

@@ -24,8 +24,8 @@ pub(crate) const MODULE: Template = (
     include_str!("../templates/helpers.rs"),
 );
 
-/// The parts of a header that do not depend on the layouts. In these files, names begin with `any_` or `ANY_`. All parts
-/// except the receiver of packets are plain C, and the proofs in `c/proofs` include them.
+/// The receivers of a header, and the parts that they share. In these files, names begin with `any_` or `ANY_`. All
+/// parts except the receiver of packets are plain C. `c/proofs/engine.c` includes these parts, except `window.h`.
 const ENGINE: [(&str, &str); 6] = [
     ("counters.h", include_str!("../templates/engine/counters.h")),
     ("receiver.h", include_str!("../templates/engine/receiver.h")),

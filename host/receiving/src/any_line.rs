@@ -115,7 +115,8 @@ impl AnyLine {
         }
     }
 
-    /// Takes a line event. Calls `found` with the outcome of each pending byte. Afterwards no byte is pending.
+    /// Takes a line event. Calls `found` with the outcome of each byte that is no longer pending. Afterwards no byte is
+    /// pending, except a packet's delimiter: with most ways of stuffing, a pause directly after it changes nothing.
     pub fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.line_event(event, encoded(Bin::encode, found)),

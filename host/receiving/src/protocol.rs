@@ -92,7 +92,7 @@ impl Protocol {
     }
 
     /// Returns the number of bytes that a receiver must be able to hold: the number of bytes in the longest frame, plus
-    /// 1 if only silence or a delimiter ends this frame.
+    /// 1 if only silence or a packet's delimiter ends this frame.
     #[must_use]
     pub fn longest(&self) -> usize {
         self.description.format().longest()

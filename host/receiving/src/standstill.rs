@@ -8,8 +8,8 @@ use framelock::motion::{Pace, Phase};
 #[derive(Clone, Debug)]
 pub struct Standstill {
     period: u32,
-    /// The failsafe follows a sender of more frames per second than this number.
-    frames_per_second: u32,
+    /// The failsafe's `hold_after` in milliseconds, rounded down.
+    hold_after_ms: u64,
     /// The beginning of the current period.
     since: u32,
     frames: u64,
@@ -26,7 +26,7 @@ impl Standstill {
     pub fn new(ticks_per_second: u32, hold_after: u32) -> Self {
         Self {
             period: ticks_per_second.max(hold_after.saturating_mul(2)),
-            frames_per_second: ticks_per_second.div_ceil(hold_after.max(1)),
+            hold_after_ms: u64::from(hold_after) * 1_000 / u64::from(ticks_per_second.max(1)),
             since: 0,
             frames: 0,
             frames_before: 0,
@@ -54,8 +54,8 @@ impl Standstill {
             Phase::Live => None,
             Phase::Approach => Some("moves slowly to the setpoint".to_owned()),
             _ if self.pace.is_slow() => Some(format!(
-                "frames arrive too far apart (fewer than {} a second)",
-                self.frames_per_second
+                "frames arrive too far apart ({} ms or more)",
+                self.hold_after_ms
             )),
             _ if self.had_frames || self.frames != self.frames_before => None,
             _ => Some("no frames".to_owned()),
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_silent_sender_differs_from_a_slow_one_and_from_an_approach() {
-        let apart = "frames arrive too far apart (fewer than 10 a second)";
+        let apart = "frames arrive too far apart (100 ms or more)";
         for (per_second, phase, reason) in [
             (0, Phase::Parked, Some("no frames")),
             (1, Phase::Parked, Some(apart)),
@@ -150,7 +150,7 @@ mod tests {
     fn a_long_hold_time_needs_long_periods() {
         // The failsafe allows 3 s between frames. The frames come 4 s apart, or not at all.
         for (apart, reason) in [
-            (4_000, "frames arrive too far apart (fewer than 1 a second)"),
+            (4_000, "frames arrive too far apart (3000 ms or more)"),
             (0, "no frames"),
         ] {
             let seen = reasons(3_000, apart, ALWAYS, &[20_000, 23_000, 27_000]);

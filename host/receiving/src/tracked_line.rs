@@ -11,7 +11,8 @@ pub struct Piece {
     pub from: usize,
     /// The bytes, at least one, as they arrived.
     pub bytes: Vec<u8>,
-    /// The bytes of the frame, without the delimiters and the stuffing of a packet. Empty if the bytes were discarded.
+    /// The frame as [`AnyLine::feed`] reports it: without the delimiters and the stuffing of a packet, and with 0 as
+    /// the reserved byte of a frame of setpoints. Empty if the bytes were discarded.
     pub frame: Vec<u8>,
     /// The reason why the bytes were discarded, or `None` if they are a frame.
     pub discarded: Option<DiscardReason>,
@@ -42,7 +43,7 @@ impl TrackedLine {
         self.decide(|line, found| line.feed(&[byte], found))
     }
 
-    /// Takes a line event. Returns the bytes that were pending, oldest first.
+    /// Takes a line event. Returns the bytes that now have an outcome, oldest first.
     pub fn line_event(&mut self, event: LineEvent) -> Vec<Piece> {
         self.decide(|line, found| line.line_event(event, found))
     }
@@ -69,8 +70,7 @@ impl TrackedLine {
         pieces
     }
 
-    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, the number of
-    /// pending bytes is the receiver's state.
+    /// Returns the pending bytes, which may still become part of a frame.
     #[must_use]
     pub fn pending(&self) -> &[u8] {
         &self.pending

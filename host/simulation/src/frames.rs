@@ -75,7 +75,7 @@ impl Transmission {
     /// Creates a frame with this payload.
     ///
     /// # Panics
-    /// Panics if the frames have no setpoints.
+    /// May panic if the frames have no setpoints.
     #[must_use]
     pub fn new(protocol: &Protocol, payload: [u8; 4]) -> Self {
         let mut bytes = vec![0; protocol.longest()];
@@ -90,8 +90,8 @@ impl Transmission {
     }
 }
 
-/// Returns an endless sequence of transmissions. The frames must have setpoints. `frame_time` is the time from one frame
-/// of the motion to the next.
+/// Returns an endless sequence of transmissions. The frames must have setpoints. `frame_time` is the time from one
+/// frame of the motion to the next.
 pub fn transmissions(
     protocol: &Protocol,
     payload: Payload,
@@ -130,7 +130,8 @@ pub fn transmissions(
 }
 
 /// Returns an endless sequence of example frames that alternate between all kinds of a description. Their bytes are
-/// random where the format allows any value. If no attempt makes a frame of a kind, the frame of the next kind follows.
+/// random where the format allows any value. Frames with text have random capital letters or random numbers. If no
+/// attempt makes a frame of a kind, the frame of the next kind follows.
 pub fn examples(description: &Description, seed: u64) -> impl Iterator<Item = Vec<u8>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     description.kinds.iter().cycle().filter_map(move |kind| {

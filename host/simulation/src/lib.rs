@@ -1,6 +1,6 @@
 //! A serial line simulated bit by bit, with faults and with framelock's receivers at its end.
 //!
-//! The crate never waits, opens no files and displays nothing. Time is counted in bits, randomness comes from a seed,
+//! The crate never waits, opens no files and displays nothing. Time is simulated, randomness comes from a seed,
 //! and the same parameters give the same numbers on every computer. The simulation therefore runs in a command line, in
 //! a test and, compiled for `wasm32-unknown-unknown`, in a browser.
 //!
@@ -28,7 +28,7 @@
 //! # }
 //! ```
 //!
-//! With the feature `clap`, motions and axes can be values of command-line options.
+//! With the feature `clap`, a [`Shape`], an [`Axis`] or a [`Policy`] can be the value of a command-line option.
 
 #![forbid(unsafe_code)]
 #![allow(

@@ -192,8 +192,8 @@ mod tests {
         for (bit_flip, burst_rate, burst_length, expected) in [
             (0.01, 0.0, 1.0, 19_400..20_600),
             (1.0, 0.0, 1.0, 2_000_000..2_000_001),
-            // 86.8 bursts are expected in a million bits. Each lasts for 57 bits, whose 114 half bits are high or low at
-            // random.
+            // 86.8 bursts are expected in a million bits. Each lasts for 57 bits, whose 114 half bits are high or low
+            // at random.
             (0.0, 10.0, 0.5, 3_000..7_000),
             // The whole line is one burst.
             (0.0, 1e6, 1e5, 997_000..1_003_000),

@@ -1,4 +1,4 @@
-//! The parameters of a simulation. Together, they determine the simulation's results completely.
+//! The parameters of a simulation. Together with the protocol, they determine the simulation's results completely.
 
 use crate::frames::Payload;
 

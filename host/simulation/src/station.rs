@@ -8,7 +8,7 @@ use crate::frames::Transmission;
 use crate::parameters::Parameters;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
-/// Counts of what happened at one receiver.
+/// The counts of one receiver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ReceiverTally {
     /// The receiver's policy.
@@ -22,9 +22,9 @@ pub struct ReceiverTally {
     /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
     /// another setpoint.
     pub wrong_setpoints: u64,
-    /// All other deliveries, which end with no sent frame or contain other bytes.
+    /// All other deliveries: they do not end with a frame's last byte, or do not consist of that frame's bytes.
     pub false_frames: u64,
-    /// Trials at whose end the receiver was deaf: it had lost an intact frame since its last delivery of a frame.
+    /// Trials at whose end the receiver was deaf: it had lost an intact frame since its last delivery of a sent frame.
     pub deaf: u64,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct Station {
     idle_from: u64,
     /// The bit at which the last delivered frame began.
     delivered: Option<u64>,
-    /// Whether the receiver has lost an intact frame since its last delivery.
+    /// Whether the receiver has lost an intact frame since its last delivery of a sent frame.
     is_deaf: bool,
     tally: ReceiverTally,
 }
@@ -81,8 +81,8 @@ impl Station {
         })
     }
 
-    /// Processes a byte. If the byte completes a frame, and every byte of that frame arrived, `ended` is the bit at
-    /// which the frame began, and the frame's transmission.
+    /// Processes a byte. If the byte completes a frame, and no byte of that frame was lost, added or reordered, `ended`
+    /// is the bit at which the frame began, and the frame's transmission.
     pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&(u64, Transmission)>) {
         // The receiver learns of a gap only when the next byte arrives.
         if at > self.idle_from {
@@ -110,8 +110,8 @@ impl Station {
         self.receiver.line_event(event, |_| ());
     }
 
-    /// Records the outcome of the frame that began at this bit. Call this when no more bytes of the frame can come. Call
-    /// it for frames in the order in which they were sent, and for each frame before the next frame ends.
+    /// Records the outcome of the frame that began at this bit. Call this when no more bytes of the frame can come.
+    /// Call it for frames in the order in which they were sent, and for each frame before the next frame ends.
     pub(crate) fn settle(&mut self, begin: u64, is_intact: bool) {
         let is_delivered = self.delivered == Some(begin);
         let is_missed = is_intact && !is_delivered;

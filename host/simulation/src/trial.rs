@@ -249,8 +249,8 @@ impl Trial {
         })
     }
 
-    /// Records the outcome of each frame of which no more bytes can come. This is certain two byte
-    /// times after the frame's end.
+    /// Records the outcome of each frame that ended at least two byte times ago. No more bytes of these frames can
+    /// come.
     fn settle(&mut self) {
         let settled = self.line.sent.saturating_sub(2 * BITS_PER_BYTE);
         let is_settled = |frame: &SentFrame| frame.end() <= settled;

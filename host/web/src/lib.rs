@@ -1,5 +1,5 @@
-//! The web page with two machines. Bytes travel on a line, the user breaks one byte, and one machine goes deaf while
-//! the other does not.
+//! The web page that shows the machines on a line. If the user breaks a byte, the lecture's machine may go deaf, but
+//! framelock's receiver does not.
 //!
 //! ```text
 //!  address ◄─► Scenario ─► line ─► Run: machines and failsafes ─► JSON that the page draws

@@ -62,7 +62,7 @@ pub(crate) enum Fate {
     Delivered,
     /// The byte belongs to a delivered frame that nobody sent.
     Wrong,
-    /// The byte belongs to no frame.
+    /// The byte belongs to no delivered frame.
     Discarded(DiscardReason),
 }
 

@@ -15,8 +15,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. This time is just
-/// over four byte times: a pause of three byte times, and the byte after it.
+/// If no byte arrives for this number of milliseconds, the line counts as idle. This time is just over four byte times:
+/// a pause of three byte times, and the byte after it.
 const IDLE_AFTER: u32 = 35;
 
 /// The machines at one position on the line.
@@ -83,8 +83,8 @@ impl Run {
         Ok(scenario.to_string())
     }
 
-    /// Returns the address after an edit of the byte at `place`: `drop` loses the byte, `flip`
-    /// inverts the bits in `value`, and `insert` inserts the byte `value` before it.
+    /// Returns the address after an edit of the byte at `place`: `flip` inverts the bits in `value`, and `insert`
+    /// inserts the byte `value` before it. `drop` loses the byte, restores a lost byte, or removes an inserted byte.
     pub fn edited(&self, place: usize, action: &str, value: u8) -> String {
         let action = match action {
             "insert" => Action::Insert(value),

@@ -69,7 +69,7 @@ impl Scenario {
         described(&self.frame, text)
     }
 
-    /// Sets one key. The error says which value is expected.
+    /// Sets one key. The error says which value is expected, or that there is no such key.
     fn set(&mut self, key: &str, value: &str) -> Result<()> {
         match key {
             "frame" => {

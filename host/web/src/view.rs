@@ -19,7 +19,7 @@ impl Run {
         let end = places.end.min(self.cells.len());
         let from = places.start.min(end);
         let state = self.at(last);
-        // The number of bytes that have arrived before the cell.
+        // The number of bytes that arrive before the cell.
         let before = self.cells[..from].iter();
         let mut arrived = before.filter(|cell| cell.received.is_some()).count();
         let cells = (from..end).map(|place| {
@@ -117,7 +117,8 @@ impl Run {
     }
 }
 
-/// Returns the name, value and unit of each field of a frame, preceded by the frame's kind.
+/// Returns the name, value and unit of each field of a frame. If the description has kinds, the frame's kind comes
+/// first.
 fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     let Some(kind) = description.kind(bytes).filter(|_| !bytes.is_empty()) else {
         return Vec::new();

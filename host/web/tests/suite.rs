@@ -116,8 +116,8 @@ fn each_preset_shows_what_it_says() {
     ];
     assert_eq!(addresses().len(), expected.len());
     for (address, expected) in addresses().iter().zip(expected) {
-        // The preset's address equals the address that the page writes. The page finds the current
-        // preset by this comparison.
+        // The preset's address equals the address that the page writes. The page compares the two to
+        // find the current preset.
         let run = opened(address);
         assert_eq!(run.with("").as_ref(), Ok(address));
         let machines = end(&run);
@@ -134,7 +134,8 @@ fn each_preset_shows_what_it_says() {
     }
 }
 
-/// The pending bytes are the last received ones. The machine's window shows them, and the line marks them.
+/// A machine's window shows the pending bytes, which are the last bytes received. If there are at most 18, the same
+/// number of bytes on the line is marked as pending.
 #[test]
 fn the_counters_and_pending_bytes_are_those_of_the_machines_at_every_position_of_every_preset() {
     for address in addresses() {
@@ -214,12 +215,12 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     }
 }
 
-/// The line carries ten frames per second. The failsafe needs more than 3.3 frames per second.
+/// The line carries ten frames per second. The failsafe needs frames less than 300 ms apart.
 #[test]
 fn the_page_says_why_the_actuators_do_not_follow() {
     let no_frames = ("Parked", json!("no frames"));
     let slowly = ("Approach", json!("moves slowly to the setpoint"));
-    let apart = "frames arrive too far apart (fewer than 4 a second)";
+    let apart = "frames arrive too far apart (300 ms or more)";
     let apart = ("Parked", json!(apart));
     // One frame in `every` arrives intact, and the others lose their first byte.
     for (every, position, (phase, reason)) in [

@@ -128,9 +128,9 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also
 /// checks the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no
-/// axis moves in a hold or while parked, an approach ends within `live_after`, and the way to park within
-/// `parked_after`. Uses three axes of eight bits, and also six axes of sixteen bits, which get each of a frame's three
-/// demands twice.
+/// axis moves in a hold or while parked, an approach does not go live before `approach_for`, but within `live_after` if
+/// no poll is late, and every axis is at park within `parked_after`. Uses three axes of eight bits, and also six axes of
+/// sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Counts the errors, the phases, the counters and some special cases.
 ///
@@ -164,7 +164,8 @@ fn contradict<D, const AXES: usize>(p: &FailsafeParameters<D, AXES>) -> bool {
     !in_order || p.frames_to_start < 2 || p.approach_for == 0
 }
 
-/// Checks the schedule with these axes. `demands` converts a frame's demands to demands for these axes.
+/// Checks the schedule with these parameters. `demands` converts a frame's demands to one demand of `bits` bits for
+/// each axis.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
@@ -296,7 +297,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
 }
 
 /// Checks that every axis is at park within `parked_after` if no frames come, wherever the axes are now. Checks nothing
-/// if this would take 2000 polls or more.
+/// if `parked_after` is 2000 times `longest_step` or more, because this would take too many polls.
 fn parks_in_time<D: Demand, const AXES: usize>(
     mut failsafe: Failsafe<D, AXES>,
     mut clock: u32,
@@ -385,7 +386,7 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
         self.row.len() >= self.parameters.frames_to_start.into()
     }
 
-    /// Returns how far an axis may move in this number of ticks, if the whole travel takes `travel` ticks.
+    /// Returns how far a poll after this number of ticks may move an axis whose whole travel takes `travel` ticks.
     fn way(&self, travel: u32, ticks: u64) -> u64 {
         let most = (1 << 32) - self.unit;
         most / u64::from(travel) * ticks.min(self.parameters.longest_step.into())

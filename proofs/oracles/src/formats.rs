@@ -1,5 +1,5 @@
-//! Target `formats`: frames of a shipped format on a line with faults and line events. The stream
-//! is cut into slices anywhere.
+//! Target `formats`: frames of a shipped format on a line with faults and pauses. The stream is cut
+//! into slices anywhere.
 
 use std::fmt::Debug;
 

@@ -11,12 +11,12 @@ use rand::seq::IndexedRandom as _;
 
 use crate::layout::{interpret_before, place};
 
-/// Fills a frame with the content, and lets the layout seal the frame. `choose` chooses a number below its
-/// argument. It chooses among several syncs, messages, terminators and bits of a trailer, and chooses the bytes that
-/// are not in the content.
+/// Fills a frame with the content, and lets the layout seal the frame. Replaces bytes that the layout does not allow as
+/// content. `choose` chooses a number below its argument. It chooses among several syncs, messages, terminators and bits
+/// of a trailer, and chooses the bytes that are not in the content.
 ///
 /// # Errors
-/// If no frame has this content, returns bytes that are almost a frame.
+/// If the layout cannot seal the bytes, returns them. They are almost a frame.
 ///
 /// # Panics
 /// Panics if the layout's `seal` and the [interpreter](crate::interpret) disagree about whether the sealed bytes are a
@@ -140,7 +140,7 @@ pub fn random_frame(layout: &CheckedLayout, random: &mut impl Rng) -> Result<Vec
     frame(layout, &content, |count| random.random_range(0..count))
 }
 
-/// Returns the terminators whose length differs from that of the layout's `terminator`.
+/// Returns the layout's terminators except those of its field `terminator`.
 pub fn other_terminators<'a>(layout: &Layout<'a>) -> Vec<&'a [u8]> {
     let own = layout.terminator.each().count();
     layout.terminators().skip(own).collect()

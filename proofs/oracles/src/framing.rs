@@ -1,4 +1,4 @@
-//! Target `framing`: random formats, some of which break the laws of [`Format`], and a stream of any bytes.
+//! Target `framing`: two random formats, one of which keeps the laws of [`Format`], and a stream of any bytes.
 
 use std::cell::Cell;
 
@@ -16,8 +16,8 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 pub struct AnyFormat {
     /// The seed of the format's classifications.
     pub seed: u32,
-    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete. `patience / 16` chooses
-    /// the length of the longest frame.
+    /// A draw about fewer than `LONGEST` bytes gives `Incomplete` with the probability `(patience % 16 + 1) / 16`.
+    /// `patience / 16 % 4` chooses the length of the longest frame and the size of the buffer.
     pub patience: u8,
     /// The stream.
     pub stream: Stream,
@@ -102,9 +102,9 @@ fn reference<F: Format>(
 
 /// Checks that receivers of the format, with a buffer of this size, find and count the same as the reference with the
 /// format `naive`. One receiver gets the slices of the stream by `feed`, another gets every byte by `push`, and a third
-/// gets the slices in several ways. `questions` returns how many classifications the receivers have asked for since the
-/// last call of `questions`, not counting calls of `starts`. Counts the outcomes, and the states in which slices and
-/// line events reach the third receiver. Returns the counters.
+/// gets the slices in several ways. `questions` returns how often the receivers have called `classify_after` since the
+/// last call of `questions`. Counts the outcomes, and the states in which slices and line events reach the third
+/// receiver. Returns the counters.
 pub(crate) fn as_the_reference<F>(
     format: impl Fn() -> F,
     buffer: usize,
@@ -234,8 +234,8 @@ const STATES: [&str; 10] = [
 ];
 
 /// Pushes bytes that no line event interrupts. `ends` has the index after each frame's last byte. A frame may come
-/// late, but at most by the number of bytes by which it is shorter than the longest frame. Checks this, and that each
-/// byte causes at most one classification. Returns the frames, and how many of them come late.
+/// late, but at most by the number of bytes by which it is shorter than the longest frame. Checks this bound, and that
+/// each byte causes at most one classification. Returns the frames, and how many of them come late.
 fn push<F>(
     line: &mut Line<BufferedReceiver<F, Vec<u8>>>,
     bytes: &[u8],
@@ -391,7 +391,7 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
 }
 
 std::thread_local! {
-    /// The number of classifications that [`Drawn`] formats have made.
+    /// The number of calls of `classify_after` of [`Drawn`] formats since the number was last read.
     static QUESTIONS: Cell<usize> = const { Cell::new(0) };
 }
 

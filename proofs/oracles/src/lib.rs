@@ -1,11 +1,12 @@
-//! The properties that fuzz targets and property tests check: one function for each property.
+//! The checks of fuzz targets and property tests: one function for each target.
 //!
 //! Each function takes a structured input and panics if the input shows a bug. The function does not depend on the
-//! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`tests`), or the committed corpora, which the
-//! tests here replay on stable Rust. So once an input has shown a bug and is in a corpus, every later run of the tests
-//! checks this input.
+//! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`tests`), or the committed corpora, which
+//! `tests/inputs.rs` replays on stable Rust. So once an input has shown a bug and is in a corpus, every later run of
+//! the tests checks this input.
 //!
-//! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results.
+//! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results. `failsafe` and `packets` have
+//! definitions of their own.
 
 #![allow(
     clippy::indexing_slicing,
@@ -50,8 +51,8 @@ use arbitrary::{Arbitrary, Unstructured};
 /// bytes are too few for an input.
 pub type Target = fn(&[u8], &mut Occurred);
 
-/// All targets by name, except `description`. The target `description` needs the code of descriptions, so only the
-/// tests of descriptions run it.
+/// All targets by name, except `description`. The target `description` needs the code of descriptions, so the tests of
+/// descriptions run it.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes, occurred| {
         structured(bytes, |input| {
@@ -77,7 +78,7 @@ pub const TARGETS: [(&str, Target); 6] = [
     }),
 ];
 
-/// Runs a check in the same way as `libfuzzer_sys::fuzz_target!`, unless the bytes are too few.
+/// Runs a check as `libfuzzer_sys::fuzz_target!` does. Does nothing if the bytes are too few for an input.
 fn structured<'a, Input: Arbitrary<'a>>(bytes: &'a [u8], check: impl FnOnce(Input)) {
     if let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) {
         check(input);

@@ -9,10 +9,10 @@ use crate::random::{Occurrences, Purpose, Seed};
 use crate::stream::StreamStep;
 
 /// Returns the bytes that arrive if the frame has one fault: one bit is inverted, a byte is lost, added, doubled or
-/// moved, or only the frame's beginning or end arrives. A few choices leave the frame intact: a byte may be moved to
-/// its old position, or the end that arrives may be the whole frame. `choose` chooses a number below its argument:
-/// first the position of the fault, then its kind, and then the wrong bit, the added byte or the new position of a
-/// moved byte.
+/// moved, or only the frame's beginning or end arrives. A few choices leave the frame intact: for example, a byte may
+/// be moved to its old position, or the end that arrives may be the whole frame. `choose` chooses a number below its
+/// argument: first the position of the fault, then its kind, and then the wrong bit, the added byte or the new position
+/// of a moved byte.
 ///
 /// # Panics
 /// Panics if the frame is empty.

@@ -1,4 +1,4 @@
-//! The naive reference's result for a stream, in the core's types.
+//! The naive reference's result for a stream, in the core's types, and counts of outcomes.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use framelock::motion::Setpoint;
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 
-/// The result that a parser must report for a stream after a reset.
+/// The result of a parser for a stream that begins after a reset.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Outcome {
     /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
@@ -160,8 +160,7 @@ impl Counted {
         self.lost |= count > 0;
     }
 
-    /// Counts the line event that follows the bytes. [`Self::discarded`] counts the bytes that the
-    /// event discards.
+    /// Counts the line event that follows the bytes, but not the bytes that the event discards.
     pub(crate) fn line_event(&mut self, event: LineEvent) {
         let events = &mut self.counters.events;
         *match event {

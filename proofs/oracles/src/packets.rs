@@ -151,12 +151,12 @@ fn xor(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |sum, byte| sum ^ byte)
 }
 
-/// A packet that the definition delivers.
+/// A delivered packet.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Delivery {
     /// The unstuffed bytes.
     packet: Vec<u8>,
-    /// The number of received bytes.
+    /// The number of received bytes that count as bytes of the packet.
     received: usize,
     /// The index of the item that completes the packet.
     at: usize,
@@ -406,8 +406,9 @@ impl Run {
     }
 }
 
-/// Checks that a receiver delivers exactly the packets of the naive definition, each with its last byte or its
-/// delimiter. Also checks that pushed bytes and fed slices have the same outcomes, and that each byte is counted once.
+/// If the special bytes differ, checks that a receiver delivers exactly the packets of the naive definition, each with
+/// its last byte or its delimiter. Also checks that pushed bytes and fed slices have the same outcomes, and that each
+/// byte is counted once.
 ///
 /// Counts the outcomes, and the packets of each way of stuffing and of each check. Returns the counters.
 ///

@@ -49,8 +49,8 @@ where
     P: OfSetpoints + Copy + PartialEq + Debug,
     F: NaiveFormat,
 {
-    // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
-    // byte.
+    // Slices of three bytes or more are pulled with `messages` if their first byte is odd, and otherwise fed. Shorter
+    // slices are pushed byte by byte.
     let mut line = Line::new(P::default());
     // The number of slices that came while bytes were pending, for each way.
     let mut ways = [0_u32; 3];

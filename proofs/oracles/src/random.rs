@@ -47,10 +47,10 @@ impl Seed {
     }
 }
 
-/// A random fault that begins with the same probability at each position (a bit or a byte) and
+/// A random fault that begins with the same probability at each free position (a bit or a byte) and
 /// lasts for a number of positions. Callers ask for positions in ascending order.
 ///
-/// The next occurrence is drawn in advance, so that positions without a fault cost nothing.
+/// The next occurrence is drawn in advance, so that positions without a fault need no random numbers.
 #[derive(Debug)]
 pub struct Occurrences {
     random: ChaCha8Rng,

@@ -53,7 +53,7 @@ impl embedded_io::Read for Driver<'_> {
 }
 
 impl embedded_io_async::Read for Driver<'_> {
-    /// Waits once before each slice and each error. If the program cancels the read then, nothing is lost.
+    /// Waits once whenever no byte of the current slice is left. If the program cancels the read then, nothing is lost.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
         poll_fn(|_| {
             self.has_waited = self.bytes.is_empty() && !self.has_waited;
@@ -68,14 +68,13 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// Checks that the reader returns the reference's setpoints and the driver's errors. The reader must return each
-/// setpoint and each error before it reads another byte. An error must lose no byte. If an error stands for an overrun,
-/// the test reports a line event to the reader, and the reader discards the pending bytes. After other errors, the
-/// bytes stay pending. All this must hold for buffers of different sizes, for the blocking and the async reader, and
-/// for an async reader whose reads are cancelled whenever they wait. A reader that reports pauses must discard the
-/// pending bytes whenever a read waits.
+/// Checks that the reader returns the reference's setpoints and the driver's errors, in the order in which frames and
+/// errors come in the stream. An error must lose no byte. If an error stands for an overrun, the test reports a line
+/// event to the reader, and the reader discards the pending bytes. After other errors, the bytes stay pending. All this
+/// must hold for buffers of different sizes, for the blocking and the async reader, and for an async reader whose reads
+/// are cancelled whenever they wait. A reader that reports pauses must discard the pending bytes whenever a read waits.
 ///
-/// Counts the outcomes, the cancelled reads, and the errors between the bytes of a frame.
+/// Counts the outcomes, and the cancelled reads and the errors that come while bytes are pending.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.

@@ -1,5 +1,5 @@
-//! The input of the targets `parser`, `reader`, `framing` and `packets`: a stream that is cut into slices,
-//! with line events between them.
+//! The stream in the inputs of the targets, except `failsafe` and `description`. It is cut into slices, with line
+//! events between them.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::LineEvent;

@@ -1,5 +1,5 @@
-//! Theorems about the format, each for all inputs. `cargo kani` or the offline prover checks them. The theorems about
-//! `BufferedReceiver` hold for every format that keeps the laws, so `laws` shows that they hold for this format, too.
+//! Theorems about the format, each for all inputs. `cargo kani` or the offline prover checks them. `laws` shows that
+//! the format keeps the laws on which the theorems about `BufferedReceiver` rely.
 //!
 //! The number in `kani::unwind` bounds the repetitions of each loop. For a layout, the longest frame plus 2 is enough.
 //! If the number is too small, the proof fails, and says so.
@@ -74,8 +74,8 @@ fn round_trip() {
     kani::cover!(motor.temperature == Some(-40), "a long frame");
 }
 
-/// A frame from the specification, byte by byte, has the values that the specification states. `round_trip` cannot notice
-/// a mistake that `encode` and `decode` share, such as the wrong byte order, but this harness does.
+/// A frame from the specification, byte by byte, has the values that the specification states. This harness notices
+/// a mistake that `encode` and `decode` share, such as the wrong byte order. `round_trip` cannot notice it.
 #[kani::proof]
 #[kani::unwind(8)]
 fn frame_of_the_specification() {

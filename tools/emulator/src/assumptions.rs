@@ -8,8 +8,9 @@
     reason = "each is a question of its own"
 )]
 pub struct Assumptions {
-    /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur before
-    /// the corresponding data has been transferred to Data RAM", but does not say how long before.
+    /// Cycles from the stop bit of a byte until EasyDMA can move the byte to RAM. The specification says that RXDRDY
+    /// "is likely to occur before the corresponding data has been transferred to Data RAM", but does not say how long
+    /// before.
     pub dma_lag: u64,
     /// Cycles from the instant at which a full transfer's last byte is in RAM until ENDRX.
     pub end_lag: u64,
@@ -45,16 +46,16 @@ pub struct Assumptions {
     pub stop_is_ignored: bool,
     /// FLUSHRX does not raise RXSTARTED, as in `BabbleSim`'s model.
     pub flush_is_silent: bool,
-    /// STARTRX in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default the receiver mistakes the
-    /// byte's next low bit for a start bit.
+    /// A receiver that STARTRX starts in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default it
+    /// mistakes the byte's next low bit for a start bit.
     pub start_drops_byte: bool,
     /// STARTRX during a transfer is ignored, as in `BabbleSim`'s model. By default it is an error.
     pub start_twice_is_ignored: bool,
     /// SEQSTART immediately begins a new period of the PWM. By default the new period begins at the end of the current
     /// one.
     pub start_cuts_period: bool,
-    /// Cycles of each instruction, in per cent of its default cycles, at least 100. Models wait states of flash without
-    /// the instruction cache (section "NVMC"). Does not lengthen sleep.
+    /// Cycles of each instruction and of each entry into an exception, in per cent of the default cycles, at least 100.
+    /// Models wait states of flash without the instruction cache (section "NVMC"). Does not lengthen sleep.
     pub slowness: u32,
 }
 

@@ -21,7 +21,7 @@ use crate::memory::{FLASH_SIZE, Memory};
 use crate::trace::{Activation, Change, ResetCause, Trace};
 use crate::{Error, Result};
 
-/// The nRF52840-DK's USB serial port sends to P0.08.
+/// The pin to which the line is wired: P0.08, to which the nRF52840-DK's USB serial port sends.
 const LINE_PIN: u32 = 8;
 /// The address of flash's last halfword, and the instruction `b .`, which [`Board::stick_main_loop`] writes there.
 const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
@@ -30,8 +30,8 @@ const LOCKED_UP: u32 = 0xFFFF_FFFE;
 /// The number of steps of the core between two checks for a soft reset. A check takes longer than a step, so the board
 /// does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// The fewest cycles that a tail chain takes. A tail chain leads from one handler directly into the next. A branch
-/// takes fewer cycles, so the cycles of a step distinguish a tail chain from a branch.
+/// The fewest cycles that a tail chain takes. A tail chain leads from one handler directly into the next. A branch to a
+/// handler's first instruction takes fewer cycles, so the cycles of a step distinguish a tail chain from such a branch.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -68,14 +68,15 @@ pub struct Board {
     /// The future interruptions of the firmware: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
-    /// The log's texts, which are read from the ELF when they are first needed, and the bytes of an incomplete log
-    /// frame.
+    /// The log's texts, which are read from the ELF when they are first needed.
     pub(crate) log_table: OnceCell<Option<Table>>,
+    /// The bytes of an incomplete log frame.
     pub(crate) log_bytes: Vec<u8>,
     trace: Trace,
     faults_stop: bool,
-    /// The value of [`Assumptions::slowness`], and the fraction of a cycle that is carried over, in hundredths.
+    /// The value of [`Assumptions::slowness`].
     slowness: u32,
+    /// The fraction of a cycle that is carried over to the next step, in hundredths.
     owed: u64,
 }
 
@@ -136,8 +137,8 @@ impl Board {
         self.slept
     }
 
-    /// Runs for `cycles`, and then to the end of the current instruction, which takes at most a few cycles more. If a
-    /// [`Board::hold_off`] begins during this time, runs at least to the end of the hold-off.
+    /// Runs for `cycles`, and then to the end of the current instruction or exception entry. If a [`Board::hold_off`]
+    /// begins during this time, runs at least to the end of the hold-off.
     ///
     /// # Errors
     /// Returns an error if the firmware faults, locks up, or does something that is not modelled.
@@ -170,7 +171,7 @@ impl Board {
         Ok(false)
     }
 
-    /// Executes one instruction, one exception entry, or the sleep up to the next event.
+    /// Executes a reset sequence, an instruction, an exception entry, or the sleep up to the next event.
     fn step(&mut self, until: u64) -> Result<()> {
         if let Some((at, cycles)) = self.hold_offs.front().copied()
             && at <= self.now

@@ -17,7 +17,7 @@ pub(crate) struct Shared {
     /// The instant at which the current instruction began.
     pub(crate) now: AtomicU64,
     /// True if the board must check the chip, because since its last check a register was written, an access was
-    /// rejected, or a test changed the board.
+    /// rejected, the chip was reset, or a test accessed a register or changed the board.
     pub(crate) touched: AtomicBool,
 }
 

@@ -107,7 +107,8 @@ impl Chip {
         self.check(value, "read of", address)
     }
 
-    /// Writes a register, as the firmware would. If the register is not modelled, records this and returns `None`.
+    /// Writes a register, as the firmware would. If the register or the value is not modelled, records this and returns
+    /// `None`. A task that is not modelled is also recorded, but the result is then `Some`.
     pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         if base == UICR && self.common(NVMC)[CONFIG] == 0 {

@@ -1,9 +1,9 @@
 //! TIMER0 to TIMER2 and RTC1: nRF52840 Product Specification, sections "TIMER" and "RTC".
 //!
 //! A timer of 32 bits counts cycles of 16 MHz / 2^PRESCALER, or triggers of the COUNT task in counter mode. The RTC has
-//! 24 bits and counts at 32 768 Hz. COMPARE\[n\] is raised when the count *becomes* CC\[n\], and the RTC's OVRFLW when
-//! the count becomes 0. A capture copies the count to CC\[n\]. The only modelled shorts are those from COMPARE\[n\] to
-//! CLEAR. The RTC's STOP, PRESCALER and TICK, and its EVTEN for PPI, are not modelled.
+//! 24 bits and counts at 32 768 Hz. COMPARE\[n\] is raised when the counter counts to CC\[n\], and the RTC's OVRFLW
+//! when it wraps to 0. A CLEAR raises neither. A capture copies the count to CC\[n\]. The only modelled shorts are
+//! those from COMPARE\[n\] to CLEAR. The RTC's STOP, PRESCALER and TICK, and its EVTEN for PPI, are not modelled.
 //!
 //! The RTC's tasks take effect immediately. On silicon they take effect at the next edges of the low-frequency clock.
 //! The model does not check that the firmware has started this clock.

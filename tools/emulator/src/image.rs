@@ -7,7 +7,7 @@ use object::{Endianness, Object, ObjectSymbol, SymbolKind};
 use crate::memory::Memory;
 use crate::{Error, Result};
 
-/// A function or a variable.
+/// A function, a variable or a label.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
     /// The name, demangled, without the hash.

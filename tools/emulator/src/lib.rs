@@ -37,12 +37,14 @@
 //! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
 //! The model has only the registers that the firmware, the examples and the tests use. A peripheral's file cites the
-//! section of the *nRF52840 Product Specification* that describes the peripheral, and names the questions that this
-//! section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
+//! section of the *nRF52840 Product Specification* that describes the peripheral. [`Assumptions`] and these files name
+//! the questions that the specification leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle
+//! counter.
 //!
 //! **An access to a register that is not modelled is an error.** The error names the address, the peripheral and the
 //! program counter. This rule applies only to the peripherals' address range. `rsemu` models the core's own registers
 //! (`0xE000_0000`). A core register that `rsemu` does not model reads as zero.
+//!
 //! An interrupt in an IT block waits until the block ends, at most four instructions, because `rsemu` would otherwise
 //! forget the block's condition.
 //!
@@ -52,12 +54,13 @@
 //! While the core sleeps, the emulator skips to the next event. A register is accessed at the beginning of the
 //! instruction that accesses it.
 //!
-//! **Cycle counts are those of the model, not of silicon.** Every instruction takes one cycle, plus one for each data
-//! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. For
-//! memory without wait states, the Cortex-M4's manual says 12 and 10 cycles. The model takes more, because it counts
-//! the stacking and unstacking of registers twice. The model has no flash wait states, no bus contention and no write
-//! buffer, so silicon may be slower. Only a board can show how much slower. [`Assumptions::slowness`] makes the model
-//! slower. While the core sleeps, SysTick and the cycle counter stand still.
+//! **Cycle counts are those of the model, not of silicon.** An instruction takes one cycle, plus one for each data
+//! access, two for a taken branch, and more for divisions, long multiplications and some floating-point instructions
+//! (`rsemu`'s timing model). Entering an exception takes 20 cycles and leaving it 18. For memory without wait states,
+//! the Cortex-M4's manual says 12 and 10 cycles. The model takes more, because it counts the stacking and unstacking of
+//! registers twice. The model has no flash wait states and no bus contention, so silicon may be slower. Only a board
+//! can show how much slower. [`Assumptions::slowness`] makes the model slower. While the core sleeps, SysTick and the
+//! cycle counter hardly advance.
 //!
 //! Even for tests, build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions
 //! (`[profile.dev.package.rsemu]`). Then a busy core is emulated about as fast as the chip runs.
@@ -88,7 +91,7 @@ pub use line::{SerialLine, Symbol as LineSymbol};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use trace::{Activation, Change, Period, Pins, Reset, ResetCause, Trace};
 
-/// The reason why the emulation stopped, or why an image cannot be used, as a text for people.
+/// The reason why the emulation stopped or a call failed, as a text for people.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
 #[error("{0}")]
 pub struct Error(String);

@@ -32,8 +32,9 @@ pub struct SerialLine {
     /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
-    /// An instant at which a bit began, and the number of bits that the sender has sent since then.
+    /// An instant at which a bit began.
     origin: u64,
+    /// The number of bits that the sender has sent since `origin`.
     bits: u64,
     /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.
     characters: VecDeque<(u64, u64)>,

@@ -20,7 +20,8 @@ impl Board {
     /// Bytes that cannot be decoded are reported in a line.
     ///
     /// # Panics
-    /// Panics if the decoder does not support the version of defmt's format in the ELF.
+    /// Panics if the image has no ELF (see [`Image::of_code`]), or if the decoder cannot read the ELF, for example
+    /// because it does not support the version of defmt's format.
     pub fn log(&mut self) -> Vec<String> {
         let table = self.log_table.get_or_init(|| {
             Table::parse(&self.image.elf).expect("the texts of the firmware's log")

@@ -58,7 +58,8 @@ impl Peripheral for Common {
     }
 }
 
-/// The state that peripherals share, and the chip's surroundings. A reset changes only the pins and `protection`.
+/// The state that peripherals share, and the chip's surroundings. A reset changes only `pins`, `pin_changes` and
+/// `protection`.
 #[derive(Debug)]
 pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
@@ -74,8 +75,9 @@ pub(crate) struct Context {
     pub(crate) crystal_startup: Option<u64>,
     /// The PWM's periods since the last call of [`crate::Board::trace`].
     pub(crate) pwm_periods: Vec<Period>,
-    /// The current outputs, and their changes since the last call of [`crate::Board::trace`].
+    /// The current levels of the output pins.
     pub(crate) pins: Pins,
+    /// The changes of the output pins since the last call of [`crate::Board::trace`].
     pub(crate) pin_changes: Vec<(u64, Pins)>,
     /// The names of the deviations that have had an effect since the last call of [`crate::Board::trace`].
     pub(crate) deviations: BTreeSet<&'static str>,
@@ -149,7 +151,7 @@ pub(crate) enum Access {
     Clear(u32),
     /// The value's ones clear the register's bits.
     ClearOnes,
-    /// The value's zeros clear the register's bits, as in flash. The bits of this mask are broken and stay 1.
+    /// The value's zeros clear the register's bits, as in flash, except the broken bits in this mask.
     Flash(u32),
 }
 
@@ -218,7 +220,7 @@ impl Common {
         *word = value;
     }
 
-    /// Breaks bits of a word of flash, so that they stay 1.
+    /// Breaks bits of a word of flash, so that writing does not clear them.
     pub(crate) fn break_bits(&mut self, offset: u32, bits: u32) {
         self.registers
             .insert(offset, (self[offset], Access::Flash(bits)));

@@ -55,7 +55,7 @@ impl Period {
 pub struct Change {
     /// The number that [`crate::Board::watch`] returned for the word.
     pub watch: usize,
-    /// The end of the instruction that changed the word.
+    /// The end of the instruction that changed the word, or an instant shortly after EasyDMA or a test changed it.
     pub at: u64,
     /// The new value.
     pub value: u32,

@@ -2,9 +2,9 @@
 //!
 //! The watchdog counts down from CRV at 32 768 Hz. When the reload request comes, the watchdog starts again from CRV.
 //! Once started, it runs until a reset by its own timeout, by the reset pin, or by a low supply voltage. The watchdog
-//! resets the chip two cycles of the 32.768 kHz clock after its time is over. The model supports only the settings
-//! after a reset: one reload request, running while the CPU sleeps, and pausing while a debugger halts the CPU. The
-//! event TIMEOUT is not modelled.
+//! resets the chip two cycles of the 32.768 kHz clock after its time is over. Except for CRV, the model supports only
+//! the settings after a reset: one reload request, running while the CPU sleeps, and pausing while a debugger halts the
+//! CPU. The event TIMEOUT is not modelled.
 
 use crate::CYCLES_PER_SECOND;
 use crate::line::SerialLine;

@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use shared_child::SharedChild;
 
-/// The usual limit. On an idle computer, no process of a test takes a tenth of this time, so a test rarely fails
-/// because the computer is busy.
+/// The usual limit. On an idle computer, no process with this limit takes a tenth of it, so a test rarely fails because
+/// the computer is busy.
 pub const LIMIT: Duration = Duration::from_secs(300);
 
 /// The longest time for which a child of an ended process may keep the process's output open.
@@ -149,7 +149,7 @@ impl RunToEnd for Command {
     }
 }
 
-/// Runs a command with this input. Kills it after this time. Returns its output.
+/// Runs a command with this input, for at most this time. Returns its output.
 ///
 /// # Errors
 /// Returns an error if the process does not start, or its output cannot be read.

@@ -45,7 +45,7 @@ impl CFile {
         let int16 = ["-nostdinc", "-I", &folder.join("int16").to_string_lossy()].map(str::to_owned);
         let text = |more: &[String]| {
             let mut cc = Command::new("cc");
-            // Headers include `<avr/pgmspace.h>`, of which the folder contains a replacement.
+            // On AVR, headers include `<avr/pgmspace.h>`. The folder contains a replacement for this file.
             cc.args(["-E", "-std=c99", "-I"]).arg(folder);
             cc.args(more).arg(path);
             output(&mut cc).with_context(|| format!("the preprocessor, for {}", path.display()))

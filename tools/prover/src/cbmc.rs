@@ -18,8 +18,8 @@ use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
 use crate::translate::{COVER, END, INPUT};
 
-/// CBMC's checks for harnesses in C. Unsigned arithmetic that wraps is an error too, so that the results do not depend
-/// on the width of `int`.
+/// CBMC's further options for harnesses in C: its checks, and the removal of unused functions. Unsigned arithmetic that
+/// wraps is an error too, so that the results do not depend on the width of `int`.
 const CHECKS_OF_C: [&str; 6] = [
     "--signed-overflow-check",
     "--unsigned-overflow-check",
@@ -34,11 +34,11 @@ const CHECKS_OF_C: [&str; 6] = [
 pub(crate) struct Answer {
     pub(crate) harness: String,
     pub(crate) verdict: Verdict,
-    /// The failed properties and their positions.
+    /// The failed properties with their positions, or the reason why there is no answer.
     pub(crate) failures: Vec<String>,
     /// A counterexample, with one line for each value that the harness asked for.
     pub(crate) inputs: Vec<String>,
-    /// The number of properties checked, without covers.
+    /// The number of properties checked, without the covers and the end of the harness.
     pub(crate) properties: usize,
     pub(crate) covers: usize,
     /// True if the harness was proved before and has not changed.

@@ -1,5 +1,5 @@
-//! Runs CBMC in a process group of its own for each harness. The whole group is terminated at the limit of processor
-//! time, and when the prover is interrupted.
+//! Runs each CBMC in a process group of its own. The whole group is terminated at the limit of processor time, and when
+//! the prover is interrupted.
 
 use std::collections::BTreeSet;
 use std::fs::File;

@@ -54,8 +54,8 @@ impl<'a> Sources<'a> {
         })
     }
 
-    /// Returns the module before any optimisation. The compiler has not yet removed code that it
-    /// finds to be unreachable.
+    /// Returns the module before LLVM's optimisations. LLVM has not yet removed code that it finds
+    /// to be unreachable.
     pub(crate) fn as_written(&self) -> Result<Module> {
         self.module("as-written", None)
     }

@@ -22,10 +22,10 @@ const PREFIX: &str = "harness:";
 pub(crate) struct Harness {
     /// The path of the function without the crate. Kani uses the same name.
     pub(crate) name: String,
-    /// The function's name in the compiled module.
+    /// The function's name in the compiled module, or in the C file.
     #[serde(skip)]
     pub(crate) symbol: String,
-    /// The bound on the iterations of the harness's loops; `None` without `kani::unwind`.
+    /// The bound of the harness's loops, each of which must run fewer times; `None` without `kani::unwind`.
     pub(crate) unwind: Option<u32>,
     /// The covers that the harness may reach, by the readable names of their functions.
     pub(crate) covers: BTreeSet<String>,
@@ -54,7 +54,7 @@ pub(crate) enum Language {
     },
 }
 
-/// Returns all harnesses of the unoptimised module.
+/// Returns all harnesses of the module, which LLVM must not have optimised.
 pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     let names = module
         .functions

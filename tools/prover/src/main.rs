@@ -151,7 +151,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<ExitCode> {
         }
         answer
     };
-    // `par_bridge` keeps the order in which harnesses start.
+    // With `par_bridge`, the harnesses start in the order of the list.
     let harnesses = harnesses.into_iter().par_bridge();
     let mut answers: Vec<Answer> = harnesses.map(check).collect();
     answers.sort_by(|one, other| one.harness.cmp(&other.harness));

@@ -43,8 +43,8 @@ impl ProofCache {
     }
 
     /// Returns the path of the file that records the proof of this program by this command. If the file exists, the
-    /// program was proved. The file contains the number of properties. Everything that decides the verdict is part of
-    /// the path: the prover and CBMC, the program, CBMC's arguments (with the bound of the loops), and the covers.
+    /// program was proved. The file contains the number of properties. The path depends on everything that decides the
+    /// verdict: the prover and CBMC, the program, CBMC's arguments (with the bound of the loops), and the covers.
     pub(crate) fn proof(&self, program: &str, command: &Command, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
         program.hash(&mut hasher);

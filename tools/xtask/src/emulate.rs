@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     arguments: Vec<String>,
 }
 
-/// Builds the firmware, unless the arguments name an ELF. Then runs the emulator.
+/// Builds the firmware, unless the arguments name an ELF or ask for help. Then runs the emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator

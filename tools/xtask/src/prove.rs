@@ -96,7 +96,7 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
     Ok(all_hold)
 }
 
-/// Prints each theorem with the harnesses that it names.
+/// Prints each theorem with its harnesses.
 fn list(prover: &Prover) -> Result<()> {
     let harnesses = prover.list()?;
     for theorem in theorems(&prover.root)? {
@@ -174,7 +174,7 @@ impl Prover {
         self.named(&[])
     }
 
-    /// Returns the complete names of the harnesses that contain one of `names`, or of all harnesses if `names` is empty.
+    /// Returns the complete names of the harnesses that `names` choose, or of all harnesses if `names` is empty.
     fn named(&self, names: &[String]) -> Result<Vec<String>> {
         let harnesses: Vec<Harness> = self.offline("list", names)?;
         Ok(harnesses.into_iter().map(|one| one.name).collect())
@@ -199,7 +199,7 @@ impl Prover {
         Ok(all)
     }
 
-    /// Checks the harnesses that the names choose.
+    /// Checks the harnesses that the names choose, or all harnesses if there is no name.
     pub(crate) fn check(&self, names: &[String]) -> Result<Vec<Answer>> {
         match self.engine {
             Engine::Offline => self.offline("prove", names),

@@ -69,8 +69,7 @@ pub(crate) fn is_called(harness: &str, end: &str) -> bool {
 #[derive(Deserialize)]
 pub(crate) struct Harness {
     pub(crate) name: String,
-    /// True if the harness ends with a cover, which shows that some input reaches the end. Kani does not require such a
-    /// cover.
+    /// True if the harness ends with a cover. Kani shows only for such harnesses that some input reaches the end.
     #[cfg(test)]
     pub(crate) ends_with_cover: bool,
 }

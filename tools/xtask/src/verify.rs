@@ -16,7 +16,7 @@ struct Stage {
     name: &'static str,
     /// The check in one line.
     checks: &'static str,
-    /// True if the stage runs only with `--all`. The hosted machines run it every night.
+    /// True if the stage runs only with `--all` or `--only`. The hosted machines run it every night.
     is_nightly: bool,
 }
 

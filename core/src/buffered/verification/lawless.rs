@@ -78,8 +78,8 @@ fn what_is_left_is_found() {
     kani::cover!(is_frame, "a frame");
 }
 
-/// `decide` delivers or drops at least one byte, or demands at least one more byte. With `LONGEST` bytes pending it
-/// always delivers or drops.
+/// If bytes are pending, `decide` delivers or drops at least one of them, or demands at least one more byte. With
+/// `LONGEST` bytes pending it always delivers or drops.
 fn something_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
@@ -131,7 +131,7 @@ fn pushed_byte_is_placed<const L: usize, const N: usize>() {
 }
 for_longest!(push, pushed_byte_is_placed: of_1 1 2 3 of_3 3 5 6 of_5 5 5 6);
 
-/// `take` delivers or discards the first bytes of the slice together, or leaves the whole slice pending.
+/// `take` delivers or discards the first bytes of the slice in one event, or leaves the whole slice pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), 0);

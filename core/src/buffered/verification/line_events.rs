@@ -5,7 +5,7 @@ use crate::any_format::any_line_event;
 use crate::{Classification, DiscardReason, Found};
 
 /// A step drops all places before the first pending place that starts a frame. Then it does the reference's next step,
-/// and asks the format at most once ([`Any`] asserts this). If the format answers `Incomplete`, a step of `poll` waits,
+/// and classifies at most once ([`Any`] asserts this). If the format answers `Incomplete`, a step of `poll` waits,
 /// as the reference does. A step of a line event does what the reference does at the end of a stream, and asks
 /// `classify_before`. From then on, each place that `classify` rejects is dropped with the reason `LineEvent`.
 fn first_place_is_decided<const L: usize, const N: usize>(is_event: bool, most: usize) {

@@ -6,9 +6,9 @@ use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found};
 
-/// `push` asks the format at most once, which [`Any`] asserts. Until `ask_at` is reached, `push` only stores the byte.
+/// `push` classifies at most once ([`Any`] asserts this). Until `ask_at` is reached, `push` only stores the byte.
 /// Otherwise it first drops the pending bytes before the first byte that starts a frame. Then it delivers the frame
-/// that begins with this byte, or drops this byte, or waits. If `push` has no event, the reference waits, too.
+/// that begins with this byte, or drops this byte, or waits. If `push` decides nothing, neither does the reference.
 fn one_question_at_most<const L: usize, const N: usize>() {
     let asked = Asked::default();
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
@@ -48,7 +48,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
         start = first;
         settled_at = row.settled_at;
     } else {
-        // `push` has no event here. The reference has none either.
+        // `push` decides nothing here, and neither does the reference.
         assert!(run == 0 && settled.is_none());
     }
     let mut committed = None;
@@ -107,8 +107,8 @@ impl Format for Searching<'_> {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// A format that searches for a delimiter examines each byte once, because the receiver tells the format how many bytes
-/// it has already examined.
+/// While a frame is incomplete, a format that searches for a delimiter examines each byte once, because the receiver
+/// tells the format how many bytes it has already examined.
 #[kani::proof]
 #[kani::unwind(8)]
 fn each_byte_is_searched_once() {

@@ -1,7 +1,7 @@
-//! 13d and 13e: which frames the reference delivers, and when.
+//! 13d to 13f: which frames the reference delivers, and when. Some harnesses run the receiver's loops on a few bytes.
 //!
-//! The reference depends only on the format's final classifications. So the harnesses give each place an arbitrary
-//! [`Row`]. Together, the rows stand for any lawful format on any stream.
+//! The reference depends only on the format's final classifications. So `no_frame_is_passed_over` gives each place an
+//! arbitrary [`Row`]. Together, the rows stand for any lawful format on any stream.
 
 use super::byte;
 use crate::any_format::{Row, any_before, any_up_to, part};
@@ -68,8 +68,8 @@ fn events<const L: usize, const P: usize>(
     log
 }
 
-/// 13d to 13f, for the reference. A frame is in the stream if the format recognises the frame in the bytes from the
-/// frame's first byte on, at a line event also with `classify_before` only. For each frame in the stream, one of three
+/// 13d to 13f, for the reference. A frame is in the stream if the format recognises it in the bytes from its first byte
+/// on. At a line event, it is enough that `classify_before` recognises it. For each frame in the stream, one of three
 /// things holds:
 ///
 /// * The frame is delivered.

@@ -4,15 +4,15 @@
 //!
 //! * Two consecutive outputs of an axis differ by at most `most_per_poll` units in every phase (S4,
 //!   [`output_is_bounded`]), and by no more than the axis's speed allows for the time that has passed (S4,
-//!   [`speed_is_bounded`]). `most_per_poll` is at most a quarter of the travel, for travel times of up to 5 bits
-//!   ([`stated_speed`]).
+//!   [`speed_is_bounded`]). `most_per_poll` is at most a quarter of the travel, rounded up, for travel times of up
+//!   to 5 bits ([`stated_speed`]).
 //! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
 //!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and reaches park in time ([`parked_in_time`]). Fewer frames
 //!   change neither the output nor the motion to park ([`few_frames_change_nothing`]). Slow frames are counted
 //!   ([`slow_frames_are_counted`]).
-//! * After a silence no axis is live, so every axis moves slowly ([`silence_stops`]). An axis goes live only when the
+//! * A silence ends the fast motion: every axis is then slow ([`silence_stops`]). An axis goes live again only when the
 //!   approach has lasted `approach_for` ([`approach_is_slow`]). From then on, each poll makes the axis live or moves it
 //!   on in the same direction as far as the slow speed allows ([`approach_ends`]). The travel is finite, so an axis is
 //!   live within `live_after`, however the demands move ([`live_in_time`]).
@@ -20,7 +20,7 @@
 //!
 //! `poll` multiplies the time by a speed. Solvers cannot compare two such products. So only [`no_panic`],
 //! [`output_is_bounded`], [`parked_in_time`] and [`live_in_time`] call `poll` itself, the last two with a constant
-//! speed. The other harnesses replace each product by any distance. Solvers cannot divide by arbitrary numbers, so
+//! slow speed. The other harnesses replace each product by any distance. Solvers cannot divide by arbitrary numbers, so
 //! [`stated_speed`] uses only travel times of up to 5 bits.
 //!
 //! Most harnesses use three axes with demands of 8 bits, as in a setpoint. Some also use two axes with demands of 16
@@ -30,9 +30,9 @@
 use super::{Axis, Demand, Failsafe, FailsafeParameters, Output, Phase, Speed};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. The numbers are the fields from `now` to `slow_frames`. The values of an axis
-    /// are its position, whether the axis is live, and whether it rises. The proofs about the failsafe in C use this
-    /// function.
+    /// Creates a failsafe in this state. The ten numbers are the fields `now` to `had_frame` and the three counters.
+    /// The values of an axis are its position, whether the axis is live, and whether it rises. The proofs about the
+    /// failsafe in C use this function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
         [
@@ -167,7 +167,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.in_row >= self.parameters.frames_to_start
     }
 
-    /// An axis is live only while frames come, and only when the approach has lasted long enough.
+    /// An axis is within its travel, and live only in a long enough approach. Without frames, `approached` is 0.
     fn satisfies_invariant(&self) -> bool {
         let is_long = self.approached >= self.parameters.approach_for;
         let may_be_live = self.follows() && is_long;
@@ -235,8 +235,8 @@ fn axis_moves_to_its_target() {
     kani::cover!(moved > 0 && moved == way, "at its target");
 }
 
-/// Every axis is at park `parked_after` ticks after the poll that took the last frame, however the polls divide the
-/// time up. The bound is exact: if an axis begins as far from park as possible, it is not at park one tick earlier.
+/// From `ramp_after` on, every axis is at park within `parked_after - ramp_after` ticks, however the polls divide the
+/// time up. The bound is exact: an axis that begins as far from park as possible is not at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary>(approach_travel: u32) {
     let mut failsafe = any_slow_failsafe::<D>(approach_travel);
     kani::assume(!failsafe.follows() && !failsafe.has_frame);
@@ -345,7 +345,7 @@ macro_rules! for_demands {
             }
 
             $(
-                // The bound is for bytes, because Kani compares arrays of demands byte by byte.
+                // The bound of the loops counts bytes, because Kani compares arrays of demands byte by byte.
                 #[kani::proof]
                 #[kani::unwind(5)]
                 fn of_16_bits() {

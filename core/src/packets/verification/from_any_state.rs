@@ -38,8 +38,8 @@ impl<K: Kind> PacketFormat for Unasked<K> {
     }
 }
 
-/// Returns whether `code`, the last byte, begins a packet, also if it begins one only because an earlier packet is
-/// rejected.
+/// Returns whether `code`, the last byte, begins a packet: either immediately, or as soon as the earlier packet that
+/// contains it is rejected.
 fn is_at_a_beginning<F: PacketFormat>(receiver: &Receiver<'_, F>, code: u8) -> bool {
     let Stuffing::Doubled { escape, start, .. } = receiver.format.stuffing() else {
         return false;
@@ -96,8 +96,8 @@ fn packet_ends<K: Kind>(kind: K, code: u8, content: Option<u8>) {
     from(3);
 }
 
-/// The receiver takes the rest of the packet, and delivers the packet. The packet begins after `before` bytes of an
-/// earlier packet, or there is no earlier packet.
+/// The receiver takes the rest of the packet, and delivers the packet. The buffer holds `before` bytes. If an earlier
+/// packet is open, they are its bytes, which end with the beginning of this packet.
 ///
 /// Twice, the function overwrites parts of the state with constants that equal the old values. Then the prover need not
 /// follow the code for other values.

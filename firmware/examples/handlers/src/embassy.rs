@@ -22,7 +22,7 @@ impl Reception {
         }
     }
 
-    /// Takes the bytes of a read, or `None` if the line has been silent. `errors` is the number of errors so far. Calls
+    /// Takes the bytes of a read, or `None` if no byte came in time. `errors` is the number of errors so far. Calls
     /// `frame` with each setpoint. Returns the line event, if there was one.
     pub fn take(
         &mut self,

@@ -5,7 +5,7 @@
 //!
 //! embassy-rp's `BufferedUartRx` receives by interrupt. The driver reports errors of all kinds. It reports an error
 //! after it has returned all bytes that were received before the error. The program turns each error into a line event,
-//! and also each read that takes too long.
+//! and also each read that takes too long while bytes are pending.
 //!
 //! This program is no safety function: a platform needs a switch that cuts the power of its actuators.
 #![no_std]

@@ -110,7 +110,7 @@ impl Chip {
         }
     }
 
-    /// Receives any number of bytes, or none. Some of them may be lost or corrupted.
+    /// Receives up to `FIFO + 1` bytes. Some of them may be lost or corrupted.
     fn receives(&mut self) {
         let more: u8 = kani::any();
         kani::assume(more < FIFO + 2);
@@ -173,7 +173,7 @@ impl Chip {
         assert!(!self.open || self.ghost, "a transfer is open already");
         assert!(!self.owes_end, "the last transfer's ENDRX is still due");
         if let (true, None, Some(byte)) = (self.ghost, self.looked_at, self.memory) {
-            // The case of L4: the next transfer may overwrite the byte in memory.
+            // The case of L4: the spurious byte replaces the byte in memory, which then counts as handed on.
             self.expected = if byte.is_sound {
                 byte.number + 1
             } else {

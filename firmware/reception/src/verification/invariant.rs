@@ -91,8 +91,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// Returns whether every error so far was reported. The bytes in memory and in the FIFO are sound and consecutive.
-    /// The first of them directly follows the last byte handed on, unless an event was reported after that byte.
+    /// Returns whether the bytes in memory and in the FIFO are sound and consecutive, and the first of them directly
+    /// follows the last byte handed on. It need not follow that byte if an event was reported in between.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0
@@ -109,7 +109,7 @@ impl Chip {
     }
 }
 
-/// Returns a reception in an arbitrary state.
+/// Returns a reception in an arbitrary state. More than `ERRORS_A_TICK` errors have the same effect as this number.
 pub(super) fn any_reception() -> Reception {
     Reception {
         state: match kani::any() {

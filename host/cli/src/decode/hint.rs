@@ -1,9 +1,9 @@
 //! Hints: messages that say why the bytes of a stream are in no frame. A hint states a reason only if the bytes show
 //! it.
 //!
-//! Hints are found by trying: the beginning of a bad stream is received in other notations, with other line ends, as
-//! frames of other descriptions, and with other checksums. The hint names the first way in which nearly all bytes
-//! become frames, unless random bytes would also become frames in this way.
+//! Hints are found by trying: the beginning of a bad stream is received in other notations, with changed bytes or line
+//! ends, as frames of other descriptions, and with other checksums. The hint names the first way in which nearly all
+//! bytes become frames, unless this may be a coincidence.
 
 use std::collections::HashSet;
 

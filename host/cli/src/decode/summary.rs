@@ -10,11 +10,11 @@ use serde::Serialize;
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Summary {
     pub(super) bytes: u64,
-    /// The length of a frame, if all frames have the same length.
+    /// The length of a frame, if the frames have setpoints: all of them have the same length.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_length: Option<usize>,
     pub(super) frames: u64,
-    /// The number of bytes in frames, unless all frames have the same length.
+    /// The number of bytes in frames, if the frames have no setpoints.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_bytes: Option<u64>,
     pub(super) discarded: u64,
@@ -59,8 +59,8 @@ impl Summary {
         *self.line_events.entry(event.to_string()).or_default() += 1;
     }
 
-    /// Adds the increase of each counter since the last update. At the end of the input, the receiver discards the
-    /// remaining pending bytes, and these are counted as `end_of_input`.
+    /// Adds the increase of each counter since the last update. At the end of the input, bytes that the receiver
+    /// discards as `line_event` are counted as `end_of_input`.
     pub(super) fn update(&mut self, line: &AnyLine, is_end: bool) {
         let line_event = self.discarded_by.line_event;
         self.add(line.counters());

@@ -31,7 +31,7 @@ pub(super) struct Part {
     /// A few plain sentences, in at most four lines of at most 78 columns.
     pub(super) text: &'static str,
     frames: u32,
-    /// Returns the setpoint that the PC sends at this time of the story.
+    /// Returns the setpoint that the PC sends at this time of the story, or `None` while the PC is silent.
     setpoint: fn(Duration) -> Option<Setpoint>,
     faults: &'static [Fault],
 }
@@ -178,7 +178,7 @@ pub(super) struct Station {
     pub(super) output: Output<u8, 3>,
     /// The outcomes of the frames; `None` for a time at which the PC sent no frame.
     pub(super) fates: Vec<Option<Fate>>,
-    /// The time of the first frame that the receiver has missed since its last delivery.
+    /// The time of the first frame that the receiver has missed since its last delivery or the last silence.
     deaf_since: Option<Duration>,
     longest_deafness: Duration,
 }

@@ -49,8 +49,8 @@ pub(crate) enum InputNotation {
 }
 
 impl InputNotation {
-    /// Returns the notation of a file with this name and beginning. A text is read as bytes unless it can only be a
-    /// log, a dump or a table.
+    /// Returns the notation of a file with this name and beginning. If the name ends neither in `.tlog` nor in `.hex`,
+    /// a text is read as bytes unless it can only be a log, a dump or a table.
     fn of(name: &str, beginning: &[u8]) -> Self {
         let is_named = |ending: &str| name.to_ascii_lowercase().ends_with(ending);
         let length = beginning.len().min(LOOKED_AT);

@@ -140,8 +140,8 @@ impl Log {
     }
 }
 
-/// Returns the label and the bytes of a line whose time has been removed. A label, such as `RX:` or `->`, ends with
-/// punctuation.
+/// Returns the label and the bytes of a line whose time has been removed. A label ends with punctuation, as in `RX:`
+/// and `->`, or is `RX` or `TX` and a blank.
 fn labelled(line: &str) -> Result<(&str, Vec<u8>)> {
     let why = match bytes(line) {
         Ok(bytes) => return Ok(("", bytes)),
@@ -181,7 +181,7 @@ mod tests {
         r"AB./b'\xaa'/uart-1: RX data: 41/uart-1: RX data: 42",
     ];
 
-    /// A line either has bytes or is an error, whatever the line consists of.
+    /// Reading lines of random parts never panics. Errors and all kinds of texts occur.
     #[test]
     fn any_lines_are_read_without_a_panic() {
         let parts = PARTS.concat();

@@ -41,8 +41,8 @@ impl Times {
         let has = |name| found.name(name).is_some();
         let (is_clock, has_fraction) = (has("hours"), has("fraction"));
         let is_marked = has("open") || has("date") || has("arrow");
-        // Numbers with commas may be bytes: a comma after the number is allowed only if the fraction has three or more
-        // digits.
+        // Numbers with commas may be bytes. So unless the number is marked, a comma is allowed only after a fraction of
+        // three or more digits.
         let is_long = has_fraction && found["fraction"].len() > 3;
         let is_number = is_marked || !found["seconds"].contains(',') && (is_long || !has("comma"));
         if has("open") != has("close") || !(is_clock || has_fraction && is_number) {

@@ -96,7 +96,7 @@ impl Datagrams {
         lock(&self.received).clone()
     }
 
-    /// Returns the latest setpoint, or `None` if it is stale, so that the board's failsafe takes over.
+    /// Returns the latest setpoint, or `None` if it is stale or none has arrived. Then the board's failsafe takes over.
     pub(super) fn setpoint(&self) -> Option<Setpoint> {
         let latest = lock(&self.received).latest;
         latest.and_then(|(setpoint, at)| (at.elapsed() < self.stale_after).then_some(setpoint))

@@ -1,5 +1,5 @@
-//! Sends each frame when it is due, and parks after the last frame. Every deadline counts from the start, so lateness
-//! never adds up.
+//! Sends each frame when it is due, and parks after the last frame. Deadlines count from the start, so delays of up to
+//! 250 ms do not add up. A longer delay postpones all later deadlines.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -76,7 +76,7 @@ impl<'a> Transmission<'a> {
         self.line.flush()
     }
 
-    /// Moves the axes in a straight line to the middle position, which takes a second.
+    /// Moves the axes in a straight line to the middle position within a second, and then repeats this position.
     fn park(&mut self) -> io::Result<()> {
         self.pacer.start = self.pacer.now();
         let from = self.last.unwrap_or(LEVEL);
@@ -123,7 +123,7 @@ pub(super) struct Pacer {
     beginning: Instant,
     /// The time from `beginning` to the moment from which due times count. Postponing the deadlines increases it.
     start: Duration,
-    /// The largest lateness of a frame.
+    /// The largest lateness that was at most [`MOST_MADE_UP`]. A longer delay is a hold-up.
     pub(super) worst: Duration,
     /// The number of times that all deadlines were postponed. `held_up` is the total time by which they were postponed.
     pub(super) hold_ups: u32,

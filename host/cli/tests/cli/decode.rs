@@ -243,7 +243,7 @@ mod at_a_serial_port {
         assert_eq!(fs::read(&file).unwrap(), expected);
     }
 
-    /// A pseudo-terminal has no parity bit, but it stores the parity setting.
+    /// A pseudo-terminal has no parity bit, but it stores whether the parity is odd.
     #[test]
     fn the_port_is_set_as_the_options_say() {
         let (stop_bits, odd) = (ControlModes::CSTOPB, ControlModes::PARODD);

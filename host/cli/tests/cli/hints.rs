@@ -1,5 +1,5 @@
-//! Tests of the hint that `decode` prints about a bad stream. Each hint has a stream for which it appears, and streams
-//! with other causes get no hint except the general one.
+//! Tests of the hint that `decode` prints about a bad stream. Each kind of hint has a stream for which it appears, and
+//! streams with other causes get no hint except the general one.
 
 use framelock_receiving::Protocol;
 use framelock_simulation::examples;

@@ -39,7 +39,7 @@ pub(crate) fn is_ready(end: &File) -> bool {
 
 /// Fills `bytes` from the line.
 ///
-/// Waits at most a minute. The test holds the line open, so the line stays open when the sender ends.
+/// Waits at most a minute for the next byte. The test holds the line open, so the line stays open when the sender ends.
 pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
     let mut missing = bytes;
     while !missing.is_empty() {

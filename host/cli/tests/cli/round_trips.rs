@@ -190,8 +190,8 @@ fn a_table_of_texts_alone_comes_back() {
     check(&option, &frames.concat(), frames.len());
 }
 
-/// A number with a scale has decimals. Each number of 16 bits must come back from its decimals, also if the table has
-/// more or fewer digits than the frame: `encode` takes the nearest number (docs/own-frame.md).
+/// A number with a scale has decimals. Each number of 16 bits must come back from its decimals, also if they are not
+/// exact: `encode` takes the nearest number (docs/own-frame.md).
 #[test]
 fn decimals_become_the_nearest_number() {
     let text = "
@@ -204,7 +204,7 @@ fn decimals_become_the_nearest_number() {
     let frames = all().map(|number| [&[0xAA, 0x55][..], &number.to_le_bytes()].concat());
     let stream = frames.collect::<Vec<_>>().concat();
     check(&option, &stream, 1 << 16);
-    // The shown numbers are off by less than half a unit, which is 0.015.
+    // The numbers in these tables are off by less than 0.015, which is half of the scale.
     for off in [-0.0149, -0.0051, 0.0051, 0.0149] {
         for begin in ["position\n", ""] {
             let rows = all().map(|number| format!("{:.5}\n", f64::from(number) * 0.03 + off));

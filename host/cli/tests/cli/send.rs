@@ -24,7 +24,7 @@ fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
     (received(output.stdout), message)
 }
 
-/// Returns a profile in which each axis takes every value, including FF, CR and the sync bytes.
+/// Returns a profile in which pitch and roll take every value, including FF, CR and the sync bytes.
 fn profile() -> Vec<[u8; 3]> {
     (0..=255)
         .map(|demand| [demand, 255 - demand, 0x41])
@@ -41,7 +41,7 @@ fn a_profile_arrives_unchanged_and_then_the_axes_park() {
     let rows = csv(&profile());
     let (setpoints, message) = sent(&["--profile=-", "--rate=2000"], &rows);
     assert_eq!(setpoints[..256], profile());
-    // Parking moves the axes in a straight line for one second, then sends the park setpoint five times.
+    // Parking moves the axes in a straight line for one second, then repeats the park setpoint five times.
     let park = &setpoints[256..];
     assert_eq!(park.len(), 2005);
     let approaches = |pair: &[[u8; 3]]| pair[0][0] >= pair[1][0] && pair[0][1] <= pair[1][1];

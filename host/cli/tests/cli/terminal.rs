@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::process::{described, run, text};
 
-/// Byte sequences that a terminal acts on, some of them valid UTF-8 and some not.
+/// Texts that a terminal acts on.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
 
 /// For each sequence in [`HARMFUL`], a part of the escaped text that outputs contain instead of the sequence.

@@ -1,4 +1,4 @@
-//! Runs the commands of guides, help texts and `tests/cases` in a shell, and compares their output with the pages.
+//! Runs the commands of pages and help texts in a shell. Compares the output with the guides and `tests/cases`.
 //!
 //! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes the current output into the pages. In a page, `[..]`
 //! stands for any part of a line. The pages in `tests/cases` have the format of the tool trycmd. The guides need a

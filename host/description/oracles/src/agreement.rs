@@ -1,6 +1,6 @@
-//! Checks of a description. The description's receiver must deliver the described frames, whatever bytes surround the
-//! frames and however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with
-//! random descriptions and the fuzz target call these checks.
+//! Checks of a description. The description's receiver must deliver the frames of a stream without faults, however the
+//! stream is cut. On a faulty line, the receiver must find the same frames as a naive reference. Encoding the values of
+//! a frame must make the same frame again. The tests with random descriptions and the fuzz target call these checks.
 
 use framelock::{Format, Line, LineEvent, PacketReceiver, Stuffing};
 use framelock_description::Description;
@@ -12,11 +12,13 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, values, with_any_end};
 
-/// The length of the longest frame that is checked. The reference is slow with longer frames.
+/// The greatest length of a frame for which [`is_refused_or_agrees`] checks the receiver. The reference is slow with
+/// longer frames.
 const LONGEST: usize = 300;
 
 /// Checks a text. The parser must reject the text with a position, or the receiver must deliver the described frames.
-/// Counts the rejected texts, the delivered frames by the way in which they end, and the receiver's outcomes.
+/// If the description allows frames of more than `LONGEST` bytes, the receiver is not checked. Counts the texts that
+/// are rejected or not checked, the delivered frames by their form, and the receiver's outcomes.
 pub fn is_refused_or_agrees(text: &str, occurred: &mut Occurred) {
     match Description::parse("any.toml", text) {
         Ok(description) if description.format().longest() <= LONGEST => {
@@ -51,9 +53,10 @@ pub fn is_refused_or_agrees(text: &str, occurred: &mut Occurred) {
     }
 }
 
-/// Asserts that receivers of the description and the naive interpreter of its layouts find the same frames on a faulty
-/// line. Also asserts that the receivers deliver each frame of a stream that consists of frames only. Counts the
-/// receivers' outcomes. Returns the number of frames in the stream that consists of frames only.
+/// Draws frames, and asserts that encoding the values of a frame gives the same frame. Asserts that receivers of the
+/// description deliver each frame of a stream without faults, and that on a faulty line they find the same frames as
+/// the naive interpreter of the description's layouts. Counts the receivers' outcomes. For packets, calls
+/// `check_packets` instead. Returns the number of frames in the stream without faults.
 pub fn agrees_with_the_reference(
     description: &Description,
     text: &str,
@@ -127,7 +130,7 @@ fn check_packets(
         let parser = PacketReceiver::with_buffer(format.clone(), vec![0; format.longest()]);
         let (mut line, mut received) = (Line::new(parser.unwrap()), Vec::new());
         for bytes in chunks {
-            // A break precedes and follows each packet.
+            // If the packets lie between breaks, a break precedes and follows each packet.
             for bytes in [&[][..], bytes] {
                 line.feed(bytes, |found| {
                     received.extend(found.decoded().map(|(_, frame)| frame.to_vec()));

@@ -189,7 +189,8 @@ pub const CONTENTS: &[&str] = &[
     "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
 ];
 
-/// Types of fields: the number of bytes, and the keys of the field's entry.
+/// Types of fields: the number of bytes (unused if the field takes the rest of the frame), and the keys of the field's
+/// entry.
 pub const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'bytes'"),
     (9, "type = 'text'"),
@@ -225,7 +226,7 @@ pub const COUNTED: &[&str] = &[
     ", mask = 0xFC",
 ];
 
-/// The forms of checksums: their algorithm, their type, and their number of bytes.
+/// The forms of checksums: their algorithm, their type, and their number of bytes in the frame.
 pub const CHECKSUMS: &[(&str, &str, usize)] = &[
     ("name = 'xor'", "u8", 1),
     ("name = 'xor'", "hex8", 2),

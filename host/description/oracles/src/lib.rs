@@ -1,5 +1,5 @@
-//! Random descriptions with random frames, and the check of a description. Tests of descriptions, tests of generated code
-//! and the fuzz target `description` use this crate.
+//! Random descriptions with random frames, and the check of a description. Tests of descriptions, tests of generated
+//! code and the fuzz target `description` use this crate.
 
 #![allow(
     clippy::indexing_slicing,

@@ -95,7 +95,8 @@ fn forms() -> Vec<String> {
     .concat()
 }
 
-/// For random descriptions, receiver and reference agree, the laws hold, and frames are delivered.
+/// For random descriptions, receiver and reference agree, and frames are delivered. The test checks the laws for every
+/// fourth seed.
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut in_all, mut without, mut ends) = (0, 0, [0; 5], [0; 3]);
@@ -159,8 +160,8 @@ const EVENTS: [&str; 5] = [
     "parity error",
 ];
 
-/// Replays the corpus of the fuzz target `description`. It has descriptions with each way in which frames can end, and
-/// texts that are rejected.
+/// Replays the corpus of the fuzz target `description`. The corpus has descriptions with each way in which frames can
+/// end, and texts that are rejected.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fuzz/corpus/description");

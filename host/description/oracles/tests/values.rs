@@ -16,7 +16,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 
-/// The possible values of a form.
+/// The values that the test draws for a column.
 enum Domain {
     /// Whole numbers, from the first number to the second.
     Whole(i64, i64),
@@ -33,8 +33,7 @@ enum Domain {
 }
 use Domain::{Bytes, Decimal, Float, OneOf, Text, Whole};
 
-/// Forms of fields with a position: the number of bytes, the keys, and the values. For an array, the number of bytes is
-/// that of one value.
+/// Forms of fields with a position: the number of bytes, the keys, and the values.
 const PLACED: &[(usize, &str, Domain)] = &[
     (1, "type = 'u8'", Whole(0, 255)),
     (5, "type = 'u40be'", Whole(0, (1 << 40) - 1)),
@@ -108,7 +107,8 @@ const PLACED: &[(usize, &str, Domain)] = &[
     ),
 ];
 
-/// Forms of arrays at the end of a frame, which may have fewer values.
+/// Forms of arrays at the end of a frame, which may have fewer values: the number of bytes in one value, the keys, and
+/// the values.
 const ARRAYS: &[(usize, &str, Domain)] = &[
     (2, "type = 'u16le'", Whole(0, 65535)),
     (2, "type = 'i8'\nnotation = 'hex'", Whole(-128, 127)),
@@ -134,7 +134,7 @@ const IN_TEXT: &[(&str, Domain)] = &[
     ("missing = -1", OneOf(&["null", "17"])),
 ];
 
-/// Literals between values of a text. No value contains them.
+/// Literals of a text. No value contains them.
 const LITERALS: &[&str] = &["|", "~~", "!{{", " ^ ", "\\x0B", "|\\t"];
 
 impl Domain {

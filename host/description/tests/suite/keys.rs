@@ -1,4 +1,4 @@
-//! Shows the meaning of each key of a description by the example frames in `examples.txt`, and by loops over values.
+//! Shows the meaning of most keys of a description by the example frames in `examples.txt`, and by loops over values.
 
 use framelock::{BufferedReceiver, Classification, Format as _};
 use framelock_description::{Description, EncodeError, hex};
@@ -102,7 +102,7 @@ fn each_example_does_what_its_lines_say() {
     }
 }
 
-/// Fields of bits begin at any bit, and have any number of bits. They continue in the next bytes.
+/// A field of bits begins at any bit, has 1 to 64 bits, and continues in the next bytes.
 #[test]
 fn bits_are_counted_from_the_lowest_bit_and_continue_in_the_next_bytes() {
     for (first, width) in (0..8).flat_map(|first| (1..=64).map(move |width| (first, width))) {
@@ -180,7 +180,7 @@ fn numbers_have_a_size_a_sign_and_an_order() {
     }
 }
 
-/// The kinds have frames of the same length. A number or some of its bits distinguish the kinds.
+/// The kinds have frames of the same lengths. A number, a number's bits or a field of bits distinguishes the kinds.
 #[test]
 fn kinds_are_told_apart_by_what_is_always_the_same_in_each() {
     for rest in [

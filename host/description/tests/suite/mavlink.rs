@@ -7,8 +7,8 @@ use framelock_description::{Description, hex, read};
 
 use crate::keys::shown;
 
-/// Frames that pymavlink 2.4.50 made from `own.xml`, the names of their messages, and their values. In the second frame,
-/// which is MAVLink 1, pymavlink also packed the extensions.
+/// Frames that pymavlink 2.4.50 made from `own.xml`, the names of their messages, and their values. In the second
+/// frame, which is MAVLink 1, pymavlink also packed the extensions.
 const FRAMES: &str = include_str!("../mavlink/frames.txt");
 
 fn file(name: &str) -> PathBuf {

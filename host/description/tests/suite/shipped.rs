@@ -1,4 +1,5 @@
-//! Tests of the shipped descriptions. If there is a format in Rust too, both must have the same layout.
+//! Tests of the shipped descriptions. If `framelock_formats` has the same format, both must have the same layout,
+//! except that the longest frames of UBX differ.
 
 use std::path::Path;
 

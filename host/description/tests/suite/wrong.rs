@@ -1,4 +1,5 @@
-//! Mistakes in descriptions. Each error names the position of the mistake, and parsing always ends in reasonable time.
+//! Mistakes in descriptions, whose errors name their positions. Also files that are no descriptions, and descriptions
+//! of too many values or kinds.
 
 use std::path::Path;
 

@@ -125,8 +125,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
                 assert!(receiver.delivered <= line.frames_sent);
                 assert!(receiver.deaf <= receiver.lost_intact.min(6));
             }
-            // Framelock's receiver delivers every frame that arrives intact, unless a false frame ends inside the intact
-            // frame. Each false frame ends inside at most one intact frame.
+            // Framelock's receiver delivers every frame that arrives intact, unless a false frame ends inside the
+            // intact frame. Each false frame ends inside at most one intact frame.
             let framelock = receiver(&tally, Policy::Framelock, false);
             assert!(
                 framelock.lost_intact <= framelock.false_frames,
@@ -180,8 +180,8 @@ fn an_idle_gap_rule_acts_in_pauses_that_are_longer_than_the_gap() {
 }
 
 /// Neither receiver notices an inverted bit in pitch, roll or yaw. Any other inverted bit, except in the reserved byte,
-/// costs the frame: 24 fixed bits, 14 start and stop bits, and the 9 idle bits before the frame must arrive as they were
-/// sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). A checksum prevents most of them.
+/// costs the frame: 24 fixed bits, 14 start and stop bits, and the 9 idle bits before the frame must arrive as they
+/// were sent. So the share of wrong setpoints is (1 - p)^47 (1 - (1 - p)^24). A checksum prevents most of them.
 #[test]
 fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     for bit_flip in [0.001_f64, 0.01] {

@@ -23,7 +23,7 @@ use firefox::Firefox;
 /// the machine.
 const LONG: Duration = Duration::from_secs(120);
 
-/// The time limit of a browser. A test uses a browser for a small part of this time.
+/// The time limit of Firefox. A test uses it for a small part of this time.
 const LONGEST: Duration = Duration::from_secs(1200);
 
 /// The last text that a test writes to the console. When it arrives, all earlier complaints have
@@ -59,7 +59,7 @@ trait Browser {
     fn resize(&self, width: u32, height: u32);
     /// Returns the warnings, errors and violations of the security policy that the page has caused so far.
     fn complaints(&self) -> Vec<String>;
-    /// Returns Chromium. Some operations are implemented only for Chromium.
+    /// Returns Chromium, for operations that are implemented only there. Panics in another browser.
     fn chromium(&self) -> &Chromium {
         panic!("this operation is implemented only for Chromium")
     }
@@ -191,7 +191,7 @@ impl Page {
         Self { browser }
     }
 
-    /// Reloads the page with `moment` after the # in its address.
+    /// Loads the page with `moment` after the # in its address.
     pub fn open(&self, moment: &str) {
         let page = built("FRAMELOCK_PAGE");
         // Go to another page first, because changing only the part after the # would not reload the
@@ -251,7 +251,7 @@ impl Page {
         self.browser.chromium().call(Media(features));
     }
 
-    /// Resizes the page to this number of pixels.
+    /// Resizes the page to this width and height in pixels.
     pub fn resize(&self, width: u32, height: u32) {
         self.browser.resize(width, height);
     }

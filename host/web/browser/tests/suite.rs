@@ -36,8 +36,8 @@ fn address(page: &Page) -> String {
     page.read("location.hash.slice(1)")
 }
 
-/// Compares what the page shows with what the same code returns outside the browser, at positions from the end to the
-/// beginning.
+/// Compares the page's state with the views that the same code returns outside the browser, except their cells. Goes
+/// from the last position to the first, in steps of 31.
 #[test]
 fn each_preset_shows_what_the_machines_do() {
     for page in Page::in_each(DEAF) {

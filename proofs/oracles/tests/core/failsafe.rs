@@ -9,7 +9,7 @@ use proptest::test_runner::RngSeed;
 
 type FailsafeParameters = framelock::motion::FailsafeParameters<u8, 3>;
 
-/// The firmware's parameters: a clock of microseconds, polls every 2 ms, frames every 20 ms.
+/// The firmware's parameters: a clock of microseconds, and polls every 2 ms.
 const FIRMWARE: FailsafeParameters = FailsafeParameters::for_clock(1_000_000, TICK, [128; 3]);
 const TICK: u32 = 2_000;
 

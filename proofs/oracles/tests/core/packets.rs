@@ -24,7 +24,8 @@ const TSIP: Stuffing = Stuffing::Doubled {
     end: 0x03,
 };
 
-/// Returns a packet that the format accepts. Many of its bytes are special to some way of stuffing.
+/// Returns a packet that the format accepts, if there is one. Many bytes of short packets are special to some way of
+/// stuffing.
 fn packet(format: &Packets, random: &mut impl Rng) -> Vec<u8> {
     let special = [
         0xC0, 0xDB, 0xDC, 0xDD, 0x7E, 0x7D, 0x5E, 0x5D, 0, 1, 2, 3, 0x10, 0x10,

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 #[test]
 fn every_format() {
     let (mut random, mut of_all) = (ChaCha8Rng::seed_from_u64(1), Occurred::NOTHING);
-    // All line events are idle gaps.
+    // All line events are idle gaps, and none of the formats has packets.
     let by_events = [
         "break",
         "broken stuffing",

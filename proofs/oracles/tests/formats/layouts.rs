@@ -133,8 +133,8 @@ fn messages(random: &mut ChaCha8Rng, at: usize) -> Messages<'static> {
 /// The ranges of the content's bytes, and other terminators.
 type Content = (&'static [(u8, u8)], [Patterns<'static>; 2]);
 
-/// Returns ranges of content bytes, and 0 to 4 other terminators. These have up to two lengths, which differ from
-/// `terminator`, the length of the terminators proper.
+/// Returns ranges of content bytes, and 0 to 4 other terminators. The other terminators have up to two lengths. Both
+/// differ from `terminator`, which is the length of the layout's own terminators.
 fn content(random: &mut ChaCha8Rng, terminator: usize) -> Content {
     let ranges: [&[(u8, u8)]; 3] = [
         &[(b' ', b'~')],

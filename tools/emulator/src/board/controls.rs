@@ -1,4 +1,4 @@
-//! Functions for tests: they send bytes to the board, and change the board and its line.
+//! Functions that send bytes to the board, and that change the board and its line.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -91,7 +91,7 @@ impl Board {
         Ok(())
     }
 
-    /// Breaks a word of UICR, given by its offset: from now on, writing the word leaves these bits at 1.
+    /// Breaks bits of a word of UICR, given by its offset: from now on, writing the word does not clear these bits.
     pub fn break_uicr(&mut self, offset: u32, bits: u32) {
         let mut chip = self.shared.chip();
         chip.unit(UICR).common().break_bits(offset, bits);

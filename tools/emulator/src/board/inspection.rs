@@ -30,7 +30,7 @@ impl Board {
         self.access(|chip| chip.read(address))
     }
 
-    /// Writes a peripheral's register, with the same effects as a write by the firmware. For tests without firmware.
+    /// Writes a peripheral's register, with the same effects as a write by the firmware.
     ///
     /// # Errors
     /// Returns an error if the register or the value is not modelled, or if the model rejects the write.

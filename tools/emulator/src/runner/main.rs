@@ -48,7 +48,8 @@ fn main() -> Result<()> {
     let (real, emulated) = (Instant::now(), board.now());
     let (mut free_at, mut end) = (BOOT, u64::MAX);
     while board.now() < end {
-        // The channel is read only when the line is free, so a sender that is faster than the line has to wait.
+        // Read the channel only if the line becomes free in the next slice, so that a sender that is faster than the
+        // line has to wait.
         if end == u64::MAX
             && free_at < board.now() + SLICE
             && let Ok(bytes) = input.try_recv()
@@ -114,8 +115,9 @@ fn pseudo_terminal() -> Result<std::fs::File> {
 struct Events {
     /// The watched symbols, in the order of their watch numbers.
     watches: Vec<String>,
-    /// The current pulses in microseconds, and the instant at which they end if no more follow.
+    /// The widths of the current pulses in microseconds.
     pulses: Vec<u64>,
+    /// The instant at which the pulses end if no more follow.
     pulses_end: u64,
 }
 
@@ -145,8 +147,8 @@ impl Events {
         }
         let resets = trace.resets.iter();
         events.extend(resets.map(|reset| (reset.at, "reset", format!("{:?}", reset.cause))));
-        // A log line has no time of its own. The line is shown with the time at which it was fetched, at most a slice
-        // after the firmware wrote the line.
+        // A log line has no time of its own. It is shown with the time at which it was fetched: the end of the slice or
+        // of the boot.
         events.extend(
             board
                 .log()

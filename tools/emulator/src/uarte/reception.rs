@@ -33,7 +33,7 @@ const WRONG_PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// The time for which the receiver runs on after STOPRX, in bits. It is the length of five bytes.
+/// The time for which the receiver runs on after STOPRX by default, in bits. It is the length of five bytes.
 const STOP_AFTER: u64 = 50;
 
 #[derive(Debug)]
@@ -43,21 +43,22 @@ pub(crate) struct Reception {
     transfer: Option<Transfer>,
     /// The FIFO: bytes, each with the instant from which EasyDMA may take it.
     fifo: VecDeque<(u64, u8)>,
-    /// The instant at which the receiver stops, and the instant of RXTO.
+    /// After STOPRX, the instant at which the receiver stops.
     stops_at: Option<u64>,
+    /// After STOPRX, the instant of RXTO.
     timeout_at: Option<u64>,
     /// After STOPRX, the instant from which the receiver may be switched off: [`STOP_AFTER`] bits after STOPRX, or RXTO
     /// if RXTO comes earlier.
     off_from: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
-    /// The instant of the pending ENDRX of a full transfer, and the instant at which a doubled ENDRX comes for the
-    /// second time.
+    /// The instant of the pending ENDRX of a full transfer.
     ended_at: Option<u64>,
+    /// The instant at which a doubled ENDRX comes for the second time.
     again_at: Option<u64>,
 }
 
-/// An action of the receiver, and the instant at which a pending action takes place.
+/// The instant at which an action of the receiver is due, if the action is pending, and the action.
 type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
 
 impl Reception {
@@ -151,7 +152,7 @@ impl Reception {
         }
     }
 
-    /// Moves the FIFO's bytes to RAM, as many as fit, and raises ENDRX.
+    /// Handles FLUSHRX: opens a transfer, moves as many bytes as fit from the FIFO to RAM, and ends the transfer.
     fn flush(&mut self, context: &mut Context) -> Result<(), String> {
         self.open(context)?;
         if !context.deviates("flush_is_silent", context.assumptions.flush_is_silent) {
@@ -161,7 +162,7 @@ impl Reception {
         Ok(())
     }
 
-    /// Returns the pending actions. If several actions are due, the first of them in this list is performed first.
+    /// Returns all actions. If several actions are due, the first of them in this list is performed first.
     fn deadlines(&self, line: &SerialLine) -> [Deadline; 7] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);

@@ -7,7 +7,7 @@
 
 use crate::line::SerialLine;
 
-/// The number of the stop bit, without a parity bit. Bit 0 is the start bit.
+/// The number of the stop bit, or of the parity bit if there is one. Bit 0 is the start bit.
 const STOP_BIT: u64 = 9;
 
 /// A byte or an error that the sampler found.

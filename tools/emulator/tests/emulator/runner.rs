@@ -91,7 +91,7 @@ fn resets_after_seven_bytes() -> Vec<u8> {
     elf(&program(&main, &[RETURN]))
 }
 
-/// Standard input is read as it arrives, so that a sender in real time can feed it.
+/// The emulator reads standard input as it arrives, so that a sender can feed the board in real time.
 #[test]
 fn standard_input_is_read_before_it_ends() {
     use std::io::{BufRead, BufReader, Write};

@@ -1,5 +1,5 @@
 //! Translates calls of functions: the program's own functions, LLVM's intrinsics, the functions of the stand-in for
-//! Kani's library, and functions that panic.
+//! Kani's library, functions in C, and functions that panic.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -80,7 +80,7 @@ impl FunctionWriter<'_, '_> {
             }
             ("assume", [condition]) => self.line(&format!("__CPROVER_assume({});", condition.text)),
             ("cover", [condition]) => {
-                // Each cover is called by a function of its own, whose name identifies the cover.
+                // Each cover has a function of its own, which calls `cover` and whose name identifies the cover.
                 let (hit, place) = (&condition.text, readable(self.symbol));
                 self.line(&format!("__CPROVER_assert(!{hit}, \"{COVER}{place}\");"))
             }
@@ -171,9 +171,9 @@ impl Call<'_> {
     }
 }
 
-/// Returns a message for a call that panics, escaped for a C string. The message begins with the call's text argument
-/// (an address and a length), or with the name of the called function if there is no text. If the arguments contain a
-/// source position, the message ends with this position.
+/// Returns a message for a call that panics, or for a call of `input`, escaped for a C string. The message begins with
+/// the call's text argument (an address and a length), or with the name of the called function if there is no text. If
+/// the arguments contain a source position, the message ends with this position.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();

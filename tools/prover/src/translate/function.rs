@@ -137,7 +137,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&format!("{name} = {name}_next;"))
     }
 
-    /// Writes the end of a block.
+    /// Writes the terminator of a block: a return, a branch, a switch, or `unreachable`.
     pub(super) fn end(
         &mut self,
         at: &mut Cursor,

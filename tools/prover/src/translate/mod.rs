@@ -1,5 +1,5 @@
-//! Writes a harness and every function that it reaches as one C program for CBMC, with a C statement for each LLVM
-//! statement. A statement that is not modelled is an error. Only statements that do not affect the result are left out.
+//! Writes a harness and every function that it reaches as one C program for CBMC, statement by statement. A statement
+//! that is not modelled is an error. Only statements that do not affect the result are left out.
 
 mod calls;
 mod function;

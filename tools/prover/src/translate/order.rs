@@ -21,7 +21,7 @@ pub(super) enum Item {
 #[derive(Default)]
 pub(super) struct Order {
     pub(super) items: Vec<Item>,
-    /// The jumps, as pairs of source and target, that repeat a loop.
+    /// The jumps that repeat a loop, as pairs of source and target.
     pub(super) repeats: HashSet<(usize, usize)>,
 }
 
@@ -47,7 +47,7 @@ fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
     for &(from, to) in &forward {
         graph.add_edge(from, to, ());
     }
-    // Tarjan's algorithm returns the components in reverse order.
+    // Tarjan's algorithm returns the components in reverse topological order.
     for component in tarjan_scc(&graph).into_iter().rev() {
         if let [only] = component.as_slice()
             && !graph.contains_edge(*only, *only)

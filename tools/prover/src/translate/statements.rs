@@ -1,4 +1,4 @@
-//! Writes a C statement for each LLVM statement. `llvm.h` contains the integer operations.
+//! Translates LLVM's statements to C. `llvm.h` contains the integer operations.
 
 use std::fmt::Write as _;
 
@@ -118,9 +118,9 @@ impl FunctionWriter<'_, '_> {
         self.assign(to, &into, &text)
     }
 
-    /// Writes a load byte by byte, least significant first, because CBMC tracks arrays of bytes best in this form. A
-    /// volatile or atomic load is not modelled. Parsing it fails, because the word `volatile` or `atomic` is not a
-    /// type.
+    /// Writes a load. An integer is loaded byte by byte, least significant first, because CBMC tracks arrays of bytes
+    /// best in this form. A volatile or atomic load is not modelled. Parsing it fails, because the word `volatile` or
+    /// `atomic` is not a type.
     fn load(&mut self, at: &mut Cursor, to: &str) -> Result<()> {
         let of = at.of_type()?;
         at.sign(',')?;

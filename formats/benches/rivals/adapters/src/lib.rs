@@ -26,7 +26,7 @@ pub trait Contender {
     }
 }
 
-/// Defines an adapter: its feature, its name, its parser, the parser's initial value, the messages, an expression that
+/// Defines adapters. Each has a feature, a name, a parser with its initial value, the messages, an expression that
 /// takes bytes, and optionally an expression that takes a single byte.
 macro_rules! adapters {
     ($(
@@ -199,7 +199,7 @@ adapters! {
     };
 }
 
-/// The length of the longest packet of COBS and SLIP that the receivers accept.
+/// The length of the longest packet of COBS and SLIP that framelock's receivers accept.
 pub const PACKET_LONGEST: usize = 64;
 
 /// The buffer of a packet, for decoders that have none.
@@ -369,7 +369,7 @@ pub mod mavlink2 {
         fn receive(&mut self, count: u8, mut found: impl FnMut(MAVLinkMessageRaw)) {
             let source = self.0.get_mut();
             (source.begin, source.end) = (0, count);
-            // The loop ends when the crate returns the source's error at the end of the bytes.
+            // When the source has no more bytes, the crate returns an error.
             while let Ok(raw) = self
                 .0
                 .read_raw_message_with_dialect(&Known, MavlinkVersion::V2)

@@ -22,8 +22,8 @@ pub fn proof(_arguments: TokenStream, harness: TokenStream) -> TokenStream {
     .into()
 }
 
-/// Sets a bound on the iterations of the harness's loops. The prover checks that no loop exceeds
-/// it.
+/// Sets the bound of the harness's loops. The prover checks that each loop runs fewer times than
+/// this bound.
 #[proc_macro_attribute]
 pub fn unwind(bound: TokenStream, harness: TokenStream) -> TokenStream {
     let bound = parse_macro_input!(bound as LitInt);
