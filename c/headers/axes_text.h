@@ -17,9 +17,10 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + axes_text_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
- * inline`. If several source files need the functions, define AXES_TEXT_DEFINITIONS as 1 in one of these files, and as
- * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are
+ * `static inline`. If several source files need the functions, define AXES_TEXT_DEFINITIONS as 1 in one of these
+ * files, and as 0 in the others, before the files include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef AXES_TEXT_H
 #define AXES_TEXT_H
 
@@ -1033,8 +1034,8 @@ AXES_TEXT_FUNCTION void axes_text_line_event(axes_text_receiver *receiver, axes_
     while (receiver->from < receiver->to) {
         length = axes_text_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
-             * another reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, or the reason that
+             * `axes_text_classify_before` gives. */
             has_waited = true;
             length = axes_text_end_first(receiver, event);
         }

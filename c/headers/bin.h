@@ -15,9 +15,10 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
- * inline`. If several source files need the functions, define BIN_DEFINITIONS as 1 in one of these files, and as
- * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are
+ * `static inline`. If several source files need the functions, define BIN_DEFINITIONS as 1 in one of these
+ * files, and as 0 in the others, before the files include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef BIN_H
 #define BIN_H
 

@@ -15,9 +15,10 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
- * inline`. If several source files need the functions, define IBUS_DEFINITIONS as 1 in one of these files, and as
- * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are
+ * `static inline`. If several source files need the functions, define IBUS_DEFINITIONS as 1 in one of these
+ * files, and as 0 in the others, before the files include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef IBUS_H
 #define IBUS_H
 
@@ -466,8 +467,8 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
     while (receiver->from < receiver->to) {
         length = ibus_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
-             * another reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, or the reason that
+             * `ibus_classify_before` gives. */
             has_waited = true;
             length = ibus_end_first(receiver, event);
         }

@@ -15,9 +15,10 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink1_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
- * inline`. If several source files need the functions, define MAVLINK1_DEFINITIONS as 1 in one of these files, and as
- * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are
+ * `static inline`. If several source files need the functions, define MAVLINK1_DEFINITIONS as 1 in one of these
+ * files, and as 0 in the others, before the files include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef MAVLINK1_H
 #define MAVLINK1_H
 
@@ -603,8 +604,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
     while (receiver->from < receiver->to) {
         length = mavlink1_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
-             * another reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, or the reason that
+             * `mavlink1_classify_before` gives. */
             has_waited = true;
             length = mavlink1_end_first(receiver, event);
         }

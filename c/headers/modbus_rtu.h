@@ -15,9 +15,10 @@
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + modbus_rtu_pending(&receiver).
  *
- * A call with a receiver must not interrupt another call with this receiver. By default, all functions are `static
- * inline`. If several source files need the functions, define MODBUS_RTU_DEFINITIONS as 1 in one of these files, and as
- * 0 in the others, before the files include this header. Then the program contains only one copy of the code. */
+ * A call with a receiver must not interrupt another call with this receiver. By default, all functions are
+ * `static inline`. If several source files need the functions, define MODBUS_RTU_DEFINITIONS as 1 in one of these
+ * files, and as 0 in the others, before the files include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef MODBUS_RTU_H
 #define MODBUS_RTU_H
 
@@ -479,8 +480,8 @@ MODBUS_RTU_FUNCTION void modbus_rtu_line_event(modbus_rtu_receiver *receiver, mo
     while (receiver->from < receiver->to) {
         length = modbus_rtu_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
-             * another reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, or the reason that
+             * `modbus_rtu_classify_before` gives. */
             has_waited = true;
             length = modbus_rtu_end_first(receiver, event);
         }

@@ -185,7 +185,7 @@ struct Servos([Vec<Pulse>; 3]);
 /// has steps of 4 microseconds, and an interrupt may delay an edge.
 const JITTER: u32 = 3;
 
-/// The greatest step between two pulses: the distance that a servo moves in 36 ms, if the whole travel takes 0.2 s.
+/// The greatest step between two pulses: the distance in two polls (36 ms), if the whole travel takes 0.2 s.
 const MOST: u32 = 46;
 
 /// The greatest step in an approach, and on the way to park: the distance in 36 ms, if the whole travel takes 1 s.
@@ -289,8 +289,8 @@ fn the_motion_platform_never_moves_to_a_wrong_position() {
     let end = line.now;
     let servos = Servos::run(line, &sketch("MotionPlatform"), &[]);
     servos.assert_at(end, RIGHT);
-    // Each servo starts in the middle. Its right position is a smaller number, so its position never increases, and
-    // never falls below the right position.
+    // Each servo starts in the middle. The expected position is a smaller number, so a servo's position never
+    // increases, and never falls below the expected one.
     for (pulses, right) in servos.0.iter().zip(RIGHT) {
         for pair in pulses.windows(2) {
             let [before, after] = [pair[0].position, pair[1].position];

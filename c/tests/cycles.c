@@ -1,4 +1,4 @@
-/* Measures the cycles of `push` for each byte of the steps. On the emulated nRF52840, the test counts the cycles from
+/* Measures the cycles of `push` for each byte of the input. On the emulated nRF52840, the test counts the cycles from
  * `take_byte` to `taken`. On simavr's ATmega328P, the program counts the cycles. It prints the average and the maximum
  * of the cycles for a byte, and the number of frames. */
 #include "receiver.h"

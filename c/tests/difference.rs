@@ -311,7 +311,7 @@ impl Reference {
                 with_line!(&mut self.line, line => if let Some(frame) = line.push(byte) {
                     self.digest.mix_frame(frame.message(), self.has_kinds);
                 });
-                // A C receiver with a window needs no poll, so poll the Rust receiver now.
+                // A C receiver with a window leaves nothing undecided. The Rust receiver has a buffer, so poll it.
                 if self.is_window {
                     self.poll();
                 }

@@ -1,6 +1,7 @@
-//! Tests what a call in C leaves unchanged. A `push` that finds no frame does not change the message. A `poll` that can
-//! decide nothing changes neither the message nor the receiver. A refused `encode` also writes nothing into the buffer
-//! for a frame, unless the frame is a packet. The program compares all of these with copies from before the call.
+//! Tests which data a call in C leaves unchanged. A `push` that finds no frame does not change the message. A `poll`
+//! that can decide nothing changes neither the message nor the receiver. A refused `encode` also writes nothing into
+//! the buffer for a frame, unless the frame is a packet. The program compares all of these with copies from before the
+//! call.
 
 use framelock_description::SHIPPED;
 use framelock_generate::CrcTable;

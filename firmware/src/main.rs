@@ -119,7 +119,7 @@ fn poll(failsafe: &mut Failsafe<u8, 3>, now: u32) -> Output<u8, 3> {
     failsafe.poll(now)
 }
 
-/// The lock. It begins with a frame in the phases Approach and Live. A discarded byte or another phase ends it.
+/// The lock. It begins with a frame in the phase Approach or Live. A discarded byte or another phase ends it.
 #[derive(Default)]
 struct Lock {
     held: bool,

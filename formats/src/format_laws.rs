@@ -1,5 +1,5 @@
 //! Functions for the tests of your own format. They check that the format keeps the laws of [`Format`], and that its
-//! encoding agrees with its other parts.
+//! encoding agrees with its shape, its check and its decoding.
 
 use core::fmt;
 

@@ -97,7 +97,7 @@
 //! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver).
 //!
 //! The formats find and check each message, and decode the fields that every message of the protocol has. Your program
-//! interprets the payloads of UBX and MAVLink, and those of CRSF except the channels.
+//! interprets the sentences of NMEA, the payloads of UBX, MAVLink and RTCM, and those of CRSF except the channels.
 //!
 //! [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
 //! check a format that you write by hand.

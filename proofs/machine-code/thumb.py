@@ -29,7 +29,7 @@ class State:
     def __init__(self, image, pc, registers, memory, writable, assumed):
         self.image, self.pc, self.registers, self.memory, self.writable = image, pc, registers, memory, writable
         self.flags = {flag: z3.FreshBool() for flag in "NZCV"}
-        # IT sets `conditions` for the next instructions. `path` holds for the whole path.
+        # IT sets `conditions` for the next instructions. `path` has the assumptions on the whole path.
         self.conditions, self.path = [], list(assumed)
         self.instructions, self.cycles, self.lowest_sp = 0, 0, number(registers["sp"])
 

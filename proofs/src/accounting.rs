@@ -244,7 +244,7 @@ fn two_are_counted(
     let is_loss_ended = !first && second;
     let resynchronisations = start.wrapping_add(u32::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
-    // Of these counters, each outcome changes only its own. The harness watches an arbitrary one of them.
+    // Each outcome changes at most one of these counters, its own. The harness watches an arbitrary one.
     let (watched, counter) = any_place(counters);
     let more = match reports[1] {
         Found::Discarded { count, why, .. } if Some(why) == watched => count,

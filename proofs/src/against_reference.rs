@@ -92,8 +92,8 @@ fn discard_by_the_lectures_machine() {
     kani::cover!(committed.is_some(), "a frame");
 }
 
-/// Compares the frames of a machine with those of the reference on every stream of up to `N` bytes, because each
-/// shorter stream is the beginning of a longer one. Compares the pending bytes only after `N` bytes.
+/// Compares the frames of a machine with those of the reference on every stream of `N` bytes. This covers the frames of
+/// each shorter stream, which is the beginning of a longer one. Compares the pending bytes only after `N` bytes.
 fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,

@@ -1,8 +1,8 @@
 //! Proves that the engine of receivers with a buffer does the same in C and in Rust. From any state that satisfies the
-//! invariant, a byte, a poll and a line event each have the same results in both languages: the delivered frames (of
-//! those at a line event, the lengths and first bytes), the counters, the questions to the classifier, and the next
-//! state. The proof holds for all layouts, because both engines ask the same classifier, and this classifier may give
-//! any answer that a layout can give.
+//! invariant, a byte, a poll and a line event each have the same results in both languages: the delivered frames (at a
+//! line event, only their lengths and first bytes), the counters, the questions to the classifier, and the next state.
+//! The proof holds for all layouts, because both engines ask the same classifier, and this classifier may give any
+//! answer that a layout can give.
 //!
 //! Frames have up to three bytes, and the buffer has five bytes. The engine has no case that depends on these sizes.
 

@@ -287,7 +287,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     settled_at: usize,
 ) -> bool {
-    // If nothing is pending, the format has said nothing about `start`.
+    // If nothing is pending, the format has not yet been asked about the next byte.
     let settled_at = if receiver.from == receiver.to {
         1
     } else {

@@ -336,7 +336,7 @@ pub struct Output<D, const AXES: usize> {
 /// rounded up, because `live_travel` is at least four times `longest_step`. If time stands still, nothing moves. After
 /// a silence of `hold_after`, a single frame moves nothing, and several frames in a row start a slow approach. An
 /// approach lasts at least `approach_for`, unless a silence ends it. If frames keep coming and no poll is late, every
-/// axis is live within [`live_after`](FailsafeParameters::live_after) of the start, however the demands move.
+/// axis is live within [`live_after`](FailsafeParameters::live_after) of the approach's start, whatever the demands.
 ///
 /// The failsafe is no safety function: it cannot bound the output if the program crashes or an actuator fails.
 ///

@@ -12,7 +12,7 @@
 //! panics, and each byte is in exactly one outcome or pending. Proof by induction over the receiver's calls, with the
 //! invariant [`fits`]. `feed` and `next` only repeat the step of `push` ([`any_state`]).
 //!
-//! **14c: stuffing** can be undone. Unstuffing what [`Stuffing::stuff`] writes gives the packet. No delimiter is
+//! **14c: stuffing** can be undone. Unstuffing the output of [`Stuffing::stuff`] gives the packet. No delimiter is
 //! between the first and the last byte of the stuffed packet ([`round_trip`]).
 //!
 //! **14d: DLE framing.** From any state, a receiver that takes a whole packet delivers this packet with its last byte,

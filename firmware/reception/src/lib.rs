@@ -3,7 +3,7 @@
 //! Each transfer of EasyDMA stores one byte, and ENDRX is the event at its end. At each ENDRX the handler reads the
 //! byte, starts the next transfer, and hands the byte on to the receiver or drops it. A transfer is also started when
 //! the UARTE is switched on. No other code starts a transfer, so no byte is overwritten before it is read, unless the
-//! chip duplicates an ENDRX. Bytes that arrive between two transfers wait in the UARTE's FIFO.
+//! chip loses or duplicates an ENDRX. Bytes that arrive between two transfers wait in the UARTE's FIFO.
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte *waits* if
 //! it is in the FIFO. A gap is a silence that ends a frame. It is measured from STARTRX, or from a later line error, to
@@ -63,7 +63,7 @@ pub const NO_BYTE: u8 = 0xEE;
 
 /// The largest number of line errors that may interrupt between two ticks. Further errors cause no interrupt, so that a
 /// flood of errors leaves time for other code. The reception notices further errors before it hands on the next byte,
-/// or at the tick. It counts several further errors as one.
+/// or at the tick. It reports several errors of one kind as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
 /// After this number of restarts in a row without a byte, the reception counts as broken.

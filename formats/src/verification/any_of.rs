@@ -1,5 +1,5 @@
-//! Proves properties of several layouts on one line, such as: they keep the laws if each single layout keeps the laws;
-//! the first layout that does not reject the bytes decides; at a line event, the first that finds a frame decides.
+//! Proves properties of several layouts on one line. They keep the laws if each single layout keeps them. The first
+//! layout that does not reject the bytes decides. At a line event, the first layout that finds a frame decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};

@@ -271,7 +271,7 @@ fn with_delimiters<const SYNC: usize, const END: usize, const OTHER: usize, cons
     keeps(&layout);
 }
 
-/// Defines a module of harnesses for layouts with delimiters. The three numbers of an entry are the parameters `SYNC`,
+/// Defines a module of harnesses for each entry, for layouts with delimiters. An entry has the parameters `SYNC`,
 /// `END` and `OTHER` of [`with_delimiters`]. Only layouts with a range have other terminators, because `check` rejects
 /// other terminators without a range. The provers need less time for three harnesses than for one with arbitrary
 /// numbers of ranges and terminators.

@@ -81,8 +81,8 @@ pub fn run() -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    /// Each Rust program of the README has its own `main`, so that it compiles unchanged as a documentation test and in
-    /// a user's program.
+    /// The README's Rust program has its own `main`, so that it compiles unchanged as a documentation test and as a
+    /// user's program.
     #[test]
     fn the_readmes_rust_is_whole_programs() {
         let readme = include_str!("../../../README.md");

@@ -17,7 +17,7 @@ use crate::output::{Output, note};
 const DEFAULT_BAUD: u32 = 115_200;
 
 /// The longest time that a read or a write waits. A read that finds a silent line is repeated. A write to a port that
-/// accepts no byte fails, because probably nobody reads at its other end.
+/// accepts no byte fails. Then probably nobody reads at its other end.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The time between two attempts to find a port that does not exist yet.

@@ -1,4 +1,4 @@
-"""Reads tables that `framelock decode` writes with pandas and polars, and compares them with the values.
+"""Uses pandas and polars to read tables that `framelock decode` writes, and compares them with the values.
 
 `cargo xtask verify --only tables` installs pandas and polars, and runs this script.
 """

@@ -143,7 +143,7 @@ pub(crate) struct ViewEntry {
 }
 
 impl Entries {
-    /// Returns whether the entries have another key than `any_of`, `kinds` and `name`.
+    /// Returns whether the entries have any key except `any_of`, `kinds` and `name`.
     pub(crate) fn has_parts(&self) -> bool {
         let texts = [&self.sync, &self.terminator, &self.content];
         let numbers = [&self.length, &self.shortest, &self.longest, &self.behind];

@@ -134,7 +134,8 @@ impl Field {
         !matches!(self.notation, Notation::Text | Notation::Float)
     }
 
-    /// Returns the class of the values: unsigned, signed or floating-point numbers. Texts and bytes count as unsigned.
+    /// Returns the class of the values: unsigned, signed or floating-point numbers. Bytes, and texts that are not
+    /// numbers, count as unsigned.
     #[must_use]
     pub fn class(&self) -> Class {
         match (self.notation, self.kind) {

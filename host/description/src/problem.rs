@@ -196,8 +196,8 @@ pub enum HexReason {
     Range,
 }
 
-/// An unknown name. `Display` suggests the known name that resembles the unknown name most, if one does, and lists the
-/// first known names.
+/// An unknown name. `Display` suggests the most similar known name, if any is similar enough, and lists the first known
+/// names.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub struct UnknownName {
     /// The unknown name.

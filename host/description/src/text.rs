@@ -87,7 +87,7 @@ pub fn unescaped(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Returns the beginning of a text for an error, without quotation marks.
+/// Returns the first characters of a text, escaped, for an error. Adds no quotation marks.
 #[must_use]
 pub fn quoted(text: &str) -> String {
     let beginning: String = text.chars().take(QUOTED).collect();

@@ -58,7 +58,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Returns the position of the axes `time` after the beginning.
+    /// Returns the axes' positions when `time` has passed since the beginning.
     #[must_use]
     pub fn at(&self, time: Duration) -> Setpoint {
         let time = time.as_secs_f64();

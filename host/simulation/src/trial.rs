@@ -223,9 +223,9 @@ impl Trial {
         }
     }
 
-    /// Records an arriving byte whose start bit the UART saw while the sender's bit `bit` was on the line. If the byte
-    /// completes a frame, and no byte of the frame was lost, added or reordered, returns the bit at which the frame
-    /// began, and the frame's transmission. Values may differ.
+    /// Records an arriving byte. `bit` is the index of the sender's bit on the line when the UART saw the start bit. If
+    /// the byte completes a frame, and no byte of the frame was lost, added or reordered, returns the bit at which the
+    /// frame began, and the frame's transmission. Values may differ.
     fn arrive(&mut self, byte: u8, bit: u64) -> Option<(u64, Transmission)> {
         let before = self.arrived.take();
         let mut frames = self.frames.iter_mut();

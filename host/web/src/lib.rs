@@ -5,8 +5,8 @@
 //!  address ◄─► Scenario ─► line ─► Run: machines and failsafes ─► JSON that the page draws
 //! ```
 //!
-//! The page's address alone determines what the page shows. The page's script draws and calls the
-//! functions of this crate. `cargo xtask web` builds the page.
+//! The page's address alone determines what the page shows. The page's script calls the functions of
+//! this crate, and draws what they return. `cargo xtask web` builds the page.
 //!
 //! ```
 //! // The payload contains sync bytes, and the first byte of the fourth frame is lost.

@@ -129,8 +129,8 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 /// Checks that contradictory parameters give an error, and that the output always equals the model's output. Also
 /// checks the promises to users, from the outputs alone: two consecutive outputs differ by at most `most_per_poll`, no
 /// axis moves in a hold or while parked, an approach does not go live before `approach_for`, but within `live_after` if
-/// no poll is late, and every axis is at park within `parked_after`. Uses three axes of eight bits, and also six axes of
-/// sixteen bits, which get each of a frame's three demands twice.
+/// no poll is late, and every axis is at park within `parked_after`. Uses three axes of eight bits, and also six axes
+/// of sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Counts the errors, the phases, the counters and some special cases.
 ///

@@ -12,8 +12,8 @@ use rand::seq::IndexedRandom as _;
 use crate::layout::{interpret_before, place};
 
 /// Fills a frame with the content, and lets the layout seal the frame. Replaces bytes that the layout does not allow as
-/// content. `choose` chooses a number below its argument. It chooses among several syncs, messages, terminators and bits
-/// of a trailer, and chooses the bytes that are not in the content.
+/// content. `choose` chooses a number below its argument. It chooses among several syncs, messages, terminators and
+/// bits of a trailer, and chooses the bytes that are not in the content.
 ///
 /// # Errors
 /// If the layout cannot seal the bytes, returns them. They are almost a frame.

@@ -47,8 +47,8 @@ impl Seed {
     }
 }
 
-/// A random fault that begins with the same probability at each free position (a bit or a byte) and
-/// lasts for a number of positions. Callers ask for positions in ascending order.
+/// A random fault that lasts for a number of positions (bits or bytes). Outside the fault, it begins
+/// with the same probability at each position. Callers ask for positions in ascending order.
 ///
 /// The next occurrence is drawn in advance, so that positions without a fault need no random numbers.
 #[derive(Debug)]

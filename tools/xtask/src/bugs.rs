@@ -270,7 +270,7 @@ pub(crate) fn bugs(workspace: &Workspace, Arguments { engine, names }: &Argument
 }
 
 /// Checks the bugs in a few copies of the sources at the same time. Returns a line for each harness or test that has
-/// not noticed a bug.
+/// not noticed a bug, and for each check that failed.
 fn check_in_copies(workspace: &Workspace, prover: &Prover, bugs: Vec<Bug>) -> Result<Vec<String>> {
     let mut of_packages = Vec::new();
     if bugs.iter().any(|bug| !bug.harnesses.is_empty()) {

@@ -6,7 +6,7 @@
 //!   [`output_is_bounded`]), and by no more than the axis's speed allows for the time that has passed (S4,
 //!   [`speed_is_bounded`]). `most_per_poll` is at most a quarter of the travel, rounded up, for travel times of up
 //!   to 5 bits ([`stated_speed`]).
-//! * A step of the clock of more than half its range counts as no time. Every other step counts in full for a silence
+//! * A step of the clock of more than half its range counts as no time. Each smaller step counts in full for a silence
 //!   (S3, [`clock_is_checked`]).
 //! * Only `frames_to_start` frames in a row end a silence. Until then an axis stays, or moves to park (S1, S2,
 //!   [`only_a_row_starts`], [`axis_moves_to_its_target`]), and reaches park in time ([`parked_in_time`]). Fewer frames

@@ -99,7 +99,7 @@ fn packet_ends<K: Kind>(kind: K, code: u8, content: Option<u8>) {
 /// The receiver takes the rest of the packet, and delivers the packet. The buffer holds `before` bytes. If an earlier
 /// packet is open, they are its bytes, which end with the beginning of this packet.
 ///
-/// Twice, the function overwrites parts of the state with constants that equal the old values. Then the prover need not
+/// The function overwrites parts of the state with equal values, most of them constants. Then the prover need not
 /// follow the code for other values.
 fn ends_from<K: Kind>(
     mut receiver: Receiver<'_, Accepting<K, LONGEST>>,

@@ -51,7 +51,7 @@ fn embassys_handler_is_right_after_one_pause() {
             Ok(bytes) => bytes.chunks(64).for_each(|bytes| {
                 reception.take(Some(bytes), errors, |setpoint| setpoints.push(setpoint));
             }),
-            // If bytes are pending, the first call reports the pause. A call while none is pending ends the doubt.
+            // If bytes are pending, the first call reports the pause. A call while none is pending clears `in_doubt`.
             Err(LineEvent::Idle) => (0..2).for_each(|_| {
                 reception.take(None, errors, |setpoint| setpoints.push(setpoint));
             }),

@@ -120,7 +120,7 @@ impl Chip {
             // All bytes are sound, and the FIFO has room for them.
             self.new += more;
         } else {
-            // When the first of these bytes is stored, ERRORSRC already shows an error (A3). The error may have
+            // When the first received byte is stored, ERRORSRC already shows an error (A3). The error may have
             // corrupted this byte. An overrun may lose any bytes that were in the FIFO, but at least one byte stays
             // there (A4).
             self.failed = true;

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Summary {
     pub(super) bytes: u64,
-    /// The length of a frame, if the frames have setpoints: all of them have the same length.
+    /// The length of a frame, if the frames have setpoints. All such frames have the same length.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_length: Option<usize>,
     pub(super) frames: u64,

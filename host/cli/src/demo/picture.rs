@@ -48,7 +48,7 @@ pub(super) fn write(story: &Story, out: &mut impl Write) -> io::Result<()> {
     writeln!(out)
 }
 
-/// Writes how many whole frames each receiver missed, and how long it was deaf.
+/// Writes how many whole frames each receiver missed, and the longest time for which it was deaf.
 pub(super) fn write_conclusion(story: &Story, out: &mut impl Write) -> io::Result<()> {
     if story.time < END {
         writeln!(out, "ended early, after {}\n", seconds(story.time))?;

@@ -150,8 +150,8 @@ ANY_FUNCTION void any_line_event(any_receiver *receiver, any_event event,
     while (receiver->from < receiver->to) {
         length = any_next(receiver, has_waited, &again);
         if (!again && (receiver->from < receiver->to)) {
-            /* From this byte on, discarded bytes have the line event as their reason, unless the classifier gives
-             * another reason. */
+            /* From this byte on, discarded bytes have the line event as their reason, or the reason that
+             * `any_classify_before` gives. */
             has_waited = true;
             length = any_end_first(receiver, event);
         }

@@ -48,8 +48,8 @@ fn main() -> Result<()> {
     let (real, emulated) = (Instant::now(), board.now());
     let (mut free_at, mut end) = (BOOT, u64::MAX);
     while board.now() < end {
-        // Read the channel only if the line becomes free in the next slice, so that a sender that is faster than the
-        // line has to wait.
+        // Read the channel only if the line is free by the end of the next slice, so that a sender that is faster than
+        // the line has to wait.
         if end == u64::MAX
             && free_at < board.now() + SLICE
             && let Ok(bytes) = input.try_recv()

@@ -1,5 +1,5 @@
 //! Harnesses that test the prover. Each harness in `fails` has one fault, which the prover must find. So a prover that
-//! accepts every harness does not pass the tests. Those in `holds` have no fault. Those in `offline` are not for Kani.
+//! accepts every harness fails the tests. Harnesses in `holds` have no fault. Harnesses in `offline` are not for Kani.
 #![no_std]
 #![cfg_attr(
     kani,
