@@ -95,11 +95,9 @@ fn through_every_state(mut firmware: Firmware) -> (Trace, Vec<u8>, Vec<String>) 
     frames(&mut firmware, 2_045, 10, [255, 0, 60]);
     // 2.1 s: live, and LED2 shows an error.
     firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
-    frames(&mut firmware, 3_138, 10, [0, 255, 60]);
-    // 3.15 s: a gap after half a frame.
-    firmware.board.send(b"AB\0");
-    firmware.board.run_until(3_148 * MILLISECOND).unwrap();
-    firmware.board.send(b"abc\r");
+    frames(&mut firmware, 3_142, 10, [0, 255, 60]);
+    // 3.15 s: live, just before the last frame moves the outputs.
+    firmware.board.send(&frame(*b"abc"));
     firmware.board.run_until(3_800 * MILLISECOND).unwrap();
     // 4.2 s: parked, with frames that are too far apart. The main loop is interrupted for more than a tick.
     let late_at = 4_190 * MILLISECOND;
