@@ -37,7 +37,11 @@ impl Layout<'_> {
         if let Length::Field(field) = &self.length {
             field.write(frame);
         }
-        let length = self.counted_length(frame);
+        self.write_counted(frame, self.counted_length(frame));
+    }
+
+    /// Writes the fixed bits, the terminator and the checksum. Negative offsets count back from `length`.
+    pub(crate) fn write_counted(&self, frame: &mut [u8], length: usize) {
         for bits in self.fixed {
             let place = index(bits.at, length);
             if let Some(byte) = place.and_then(|at| frame.get_mut(at)) {
