@@ -93,10 +93,10 @@ fn in_a_crc() {
 
 /// Writes the parts of an arbitrary layout that has neither a length field nor a checksum. [`in_writing_a_length`] and
 /// [`in_writing_a_checksum`] cover these two parts. A length field may overwrite the sync, so the sync may be missing
-/// here. The layout has no other terminators, either. If a frame ends with one of them, `write` counts the offsets from
-/// another length, which [`in_asking_a_layout`] covers. In its place, this function passes an arbitrary length to
-/// `write_counted`. [`super::laws`] covers the classification of the bytes, which `seal` performs too. So for arbitrary
-/// layouts, only [`in_sealing_and_classifying`] calls `seal` as a whole.
+/// here. The layout has no other terminators, either. [`in_asking_a_layout`] covers the search for them. It may find any
+/// length from which offsets are counted, so this function also passes an arbitrary length to `write_counted`.
+/// [`super::laws`] covers the classification of the bytes, which `seal` performs too. So for arbitrary layouts, only
+/// [`in_sealing_and_classifying`] calls `seal` as a whole.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends) = kani::any::<([u8; N], [[u8; 1]; 2])>();
     let parts = Parts::<1, 0>::any();
